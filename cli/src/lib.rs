@@ -6,9 +6,9 @@
 //! use std::path::PathBuf;
 //!
 //! use resample_cli::args::{Drawing, VolsplatArgs};
-//! use resample_cli::opened::Opened;
+//! use resample_cli::open::Opened;
 //! use resample_cli::plan::Purpose;
-//! use resample_cli::report::Verbosity;
+//! use resample_cli::process::report::Verbosity;
 //!
 //! # fn main() -> anyhow::Result<()> {
 //! let args = VolsplatArgs {
@@ -29,62 +29,21 @@
 //! passed or a bound of a comparison is broken, 130 after Ctrl-C. This file parses, starts the threads and dispatches;
 //! each command reads as its list of steps in `commands/`.
 
-pub mod application;
+// In the order in which data flow.
+pub mod process;
+pub mod values;
 pub mod args;
-pub mod background;
-pub mod bands;
-mod blend;
-mod built_in;
-pub mod camera_file;
-mod camera_path;
-mod channel_look;
-mod clip;
-mod colours;
-mod commands;
-mod content;
-mod figures;
-pub mod framing;
-pub mod input_file;
-mod input_picture;
-pub mod interrupt;
-mod json_fields;
-mod listed_slices;
+pub mod cameras;
 mod look;
-mod machine;
-mod measure;
-pub mod memory;
-pub mod multiview;
-mod notes;
-pub mod opened;
-mod order;
 pub mod output;
 pub mod picture;
 pub mod plan;
+pub mod open;
+mod measure;
 pub mod planner;
-mod progress;
-pub mod report;
-mod run_log;
-mod scene;
-mod scene_camera;
-mod seen;
-mod sequence;
-pub mod setting;
-mod settings;
-pub mod source;
-mod threads;
-mod tiles;
-mod transfer;
-mod transfer_plot;
-pub mod typed;
-pub mod values;
+mod commands;
 pub mod view;
-pub mod viewpoint;
-mod volume_data;
-mod volume_file;
-mod volume_motion;
-mod warp_frames;
-mod warp_references;
-mod warp_scene;
+mod threads;
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -92,15 +51,17 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::{CommandFactory, FromArgMatches};
 
+use crate::args::words::typed::Typed;
+use crate::args::words::{content, listed_slices};
 use crate::args::{Cli, Command, Drawing, GlobalArgs};
 use crate::commands::compare::TooFar;
-use crate::interrupt::Interrupted;
-use crate::opened::Opened;
+use crate::open::Opened;
 use crate::output::WriteFailure;
 use crate::plan::{Purpose, RunLog};
 use crate::planner::Planned;
-use crate::report::Verbosity;
-use crate::typed::Typed;
+use crate::process::interrupt::Interrupted;
+use crate::process::report::Verbosity;
+use crate::process::{interrupt, report};
 
 /// Bad input or options; also what clap uses.
 const EXIT_BAD_INPUT: u8 = 2;

@@ -7,9 +7,9 @@ use pyo3::exceptions::{
     PyFileNotFoundError, PyKeyboardInterrupt, PyOSError, PyPermissionError, PyRuntimeError,
     PyValueError,
 };
-use resample_cli::interrupt::Interrupted;
 use resample_cli::output::WriteFailure;
-use resample_cli::report;
+use resample_cli::process::interrupt::Interrupted;
+use resample_cli::process::report;
 
 /// The exception of an error: `OSError` and its kinds where the system refused, else `ValueError`.
 pub(crate) fn raised(error: &anyhow::Error) -> PyErr {

@@ -10,12 +10,12 @@ use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use resample_cli::application::Application;
 use resample_cli::args::Drawing;
-use resample_cli::bands::Window;
-use resample_cli::interrupt;
-use resample_cli::memory;
-use resample_cli::source::{Held, HeldPictures, HeldVolumes};
+use resample_cli::args::words::application::Application;
+use resample_cli::open::memory;
+use resample_cli::picture::bands::Window;
+use resample_cli::process::interrupt;
+use resample_cli::values::source::{Held, HeldPictures, HeldVolumes};
 use resample_cli::view;
 use resample_core::simd::SimdLevel;
 

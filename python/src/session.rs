@@ -9,18 +9,18 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
-use resample_cli::application::Application;
+use resample_cli::args::words::application::Application;
+use resample_cli::args::words::typed::Typed;
 use resample_cli::args::{
     CameraArgs, Drawing, PictureArgs, RenderArgs, SequenceArgs, TransferArgs, names_of,
 };
-use resample_cli::bands::{Pace, Window, in_bands};
-use resample_cli::camera_file;
-use resample_cli::opened::Opened;
+use resample_cli::cameras::camera_file;
+use resample_cli::open::Opened;
+use resample_cli::picture::bands::{Pace, Window, in_bands};
 use resample_cli::plan::{Change, Purpose, RunLog};
 use resample_cli::planner::{self, Planned};
-use resample_cli::report::Verbosity;
-use resample_cli::source::Held;
-use resample_cli::typed::Typed;
+use resample_cli::process::report::Verbosity;
+use resample_cli::values::source::Held;
 use resample_core::{Camera, Image};
 use serde_json::{Value, json};
 

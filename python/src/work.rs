@@ -10,8 +10,8 @@ use std::time::Duration;
 
 use pyo3::prelude::*;
 use rayon::ThreadPool;
-use resample_cli::bands::Next;
-use resample_cli::report;
+use resample_cli::picture::bands::Next;
+use resample_cli::process::report;
 
 use crate::fault;
 

@@ -5,7 +5,8 @@
 
 use clap::Args;
 
-use crate::values::{self, Bound};
+use crate::values;
+use crate::values::Bound;
 
 /// The largest error or time of a picture.
 #[derive(Args, Clone, Debug, Default)]

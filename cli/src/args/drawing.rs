@@ -5,9 +5,10 @@ use std::path::Path;
 use anyhow::{Result, bail};
 use clap::Subcommand;
 
-use super::short_help;
-use super::{AskArgs, Goes, PartArgs, PictureArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
-use crate::source::{Held, Source};
+use super::{
+    AskArgs, Goes, PartArgs, PictureArgs, TexmapArgs, VolsplatArgs, Warp3dArgs, short_help,
+};
+use crate::values::source::{Held, Source};
 
 /// A command that draws.
 #[derive(Clone, Debug, Subcommand)]

@@ -2,7 +2,8 @@
 
 use clap::Args;
 
-use crate::values::{self, FrameRange, TileWord};
+use crate::values;
+use crate::values::{FrameRange, TileWord};
 
 /// The part of the pictures that is drawn; all else is decided by the whole.
 #[derive(Args, Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -8,8 +8,9 @@ use clap::Args;
 use texmap::{Loaded, RenderOptions, Textures};
 
 use super::{AskArgs, CameraArgs, Given, PictureArgs, ReadingArgs, SequenceArgs};
-use crate::input_file::{self, InputFile};
-use crate::source::Source;
+use crate::values::input_file;
+use crate::values::input_file::InputFile;
+use crate::values::source::Source;
 
 /// Options of `resample texmap`.
 #[derive(Args, Clone, Debug, Default)]

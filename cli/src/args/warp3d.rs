@@ -11,10 +11,12 @@ use warp3d::WarpArgs;
 use warp3d::input::DepthKind;
 
 use crate::args::{AskArgs, Given, PartArgs, PictureArgs};
-use crate::multiview::{Anaglyph, Places};
-use crate::source::{HeldPictures, Source};
-use crate::values::{self, Grid, IntrinsicsWord, Size, Sway};
-use crate::viewpoint::{self, Viewpoint};
+use crate::cameras::multiview::{Anaglyph, Places};
+use crate::cameras::viewpoint;
+use crate::cameras::viewpoint::Viewpoint;
+use crate::values;
+use crate::values::source::{HeldPictures, Source};
+use crate::values::{Grid, IntrinsicsWord, Size, Sway};
 
 /// Options of `resample warp3d`.
 #[derive(Args, Clone, Debug, Default)]

@@ -8,15 +8,18 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use resample_core::Image;
-use resample_core::metrics::{self, Comparison, Mask, flip};
+use resample_core::metrics::{Comparison, Mask, flip};
+use resample_core::{Image, metrics};
 use serde_json::{Value, json};
 
 use crate::args::CompareArgs;
-use crate::figures::{self, Better, FLICKER, METRICS, Steps};
-use crate::input_picture::{self, Pictures};
-use crate::output::{self, Depth, Format};
-use crate::report;
+use crate::measure::figures;
+use crate::measure::figures::{Better, FLICKER, METRICS, Steps};
+use crate::output;
+use crate::output::{Depth, Format};
+use crate::picture::input_picture;
+use crate::picture::input_picture::Pictures;
+use crate::process::report;
 
 /// Pictures were compared, and are farther apart than a bound: of `--fail-above`, or of a table.
 #[derive(Debug)]

@@ -10,11 +10,12 @@ use anyhow::{Context, Result, anyhow, bail};
 use resample_core::Image;
 
 use crate::args::JoinArgs;
-use crate::input_picture;
-use crate::output::{self, Format, FrameNames};
-use crate::picture::MAX_PIXELS;
-use crate::report::{self, Verbosity};
-use crate::tiles::{self, Kind, PartMark};
+use crate::output;
+use crate::output::{Format, FrameNames};
+use crate::picture::tiles::{Kind, PartMark};
+use crate::picture::{MAX_PIXELS, input_picture, tiles};
+use crate::process::report;
+use crate::process::report::Verbosity;
 use crate::values::{Grid, TileWord};
 
 /// The file of a tile, and the record inside it.

@@ -13,9 +13,9 @@ use resample_core::{Camera, Image};
 use tempfile::NamedTempFile;
 
 use super::png::Depth;
-use super::video::{self, Container};
-use super::webp::{self, WebP};
-use super::{Listed, WriteFailure, folder_of, png as picture_png, temporary_file};
+use super::video::Container;
+use super::webp::WebP;
+use super::{Listed, WriteFailure, folder_of, png as picture_png, temporary_file, video, webp};
 
 /// Kind of an animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,9 +3,11 @@
 use serde_json::{Value, json};
 
 use super::request::Request;
-use crate::framing::{self, Stance};
-use crate::output::{self, Depth, Format};
-use crate::report;
+use crate::cameras::framing;
+use crate::cameras::framing::Stance;
+use crate::output;
+use crate::output::{Depth, Format};
+use crate::process::report;
 use crate::values::BackgroundWord;
 
 /// The cameras in the stats file.

@@ -6,7 +6,7 @@ use resample_core::simd::SimdLevel;
 use resample_io::Gate;
 
 use crate::args::{CameraArgs, PictureArgs, SequenceArgs};
-use crate::camera_path::KeyKind;
+use crate::cameras::camera_path::KeyKind;
 
 /// The options that every command shares.
 pub(crate) struct Request<'a> {

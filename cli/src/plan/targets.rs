@@ -7,7 +7,8 @@ use anyhow::{Result, bail};
 
 use super::request::Request;
 use crate::args::Goes;
-use crate::output::{self, FrameNames};
+use crate::output;
+use crate::output::FrameNames;
 use crate::values::BackgroundWord;
 
 /// Checks the places of all files but further pictures, which go to the folder of the first.

@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::ladder::Rung;
 use super::windows::COVERED;
 use crate::measure::{Rendered, total};
-use crate::setting::Setting;
+use crate::open::setting::Setting;
 
 /// A setting in the windows.
 pub(super) struct Candidate {

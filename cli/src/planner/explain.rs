@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 
 use super::pilot::Pilot;
 use super::search::{Asked, Found, Keeps, Tried};
-use crate::report::Verbosity;
-use crate::setting::Setting;
+use crate::open::setting::Setting;
+use crate::process::report::Verbosity;
 
 /// All that is known about a choice.
 pub(super) struct Account<'a> {

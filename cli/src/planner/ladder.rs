@@ -9,8 +9,8 @@ use volsplat::Subpixels;
 use warp3d::args::MethodName;
 
 use crate::args::OrderName;
-use crate::order;
-use crate::setting::Setting;
+use crate::args::volume::order;
+use crate::open::setting::Setting;
 
 /// A setting beyond the typed one.
 #[derive(Clone, Debug)]

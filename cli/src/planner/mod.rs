@@ -12,15 +12,15 @@
 //! measures the windows by the clock, and needs no calibration. Limits: the error of a picture by its windows is an
 //! estimate with a margin, not a proof.
 
-mod candidate;
-mod estimate;
-mod explain;
-mod in_time;
 mod ladder;
-mod pilot;
-mod plan;
-mod search;
 mod windows;
+mod candidate;
+mod pilot;
+mod estimate;
+mod search;
+mod in_time;
+mod explain;
+mod plan;
 
 pub(crate) use self::ladder::ends;
 pub(crate) use self::plan::keeping;

@@ -13,9 +13,10 @@ use super::candidate::{Candidate, DrawnPart, Work};
 use super::estimate::{ViewErrors, WindowError};
 use super::ladder::{Ladder, Rung};
 use super::windows::{Cells, Window, pixels};
-use crate::measure::{self, Rendered};
-use crate::opened::{Opened, Parts};
-use crate::setting::Setting;
+use crate::measure;
+use crate::measure::Rendered;
+use crate::open::setting::Setting;
+use crate::open::{Opened, Parts};
 
 /// A scene, its pictures, and the setting that was typed.
 pub(super) struct Scene<'a> {

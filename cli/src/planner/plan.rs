@@ -9,13 +9,16 @@ use serde_json::Value;
 use super::explain::Account;
 use super::ladder::Ladder;
 use super::pilot::Scene;
-use super::search::{self, Asked};
+use super::search;
+use super::search::Asked;
+use crate::args::words::typed;
+use crate::args::words::typed::Typed;
 use crate::args::{AskArgs, Drawing};
-use crate::opened::Opened;
+use crate::open::Opened;
+use crate::open::setting::Setting;
 use crate::plan::Purpose;
-use crate::report::{self, Verbosity};
-use crate::setting::Setting;
-use crate::typed::{self, Typed};
+use crate::process::report;
+use crate::process::report::Verbosity;
 use crate::values::Bound;
 
 /// A scene with the setting that was chosen.

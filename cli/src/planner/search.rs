@@ -7,7 +7,7 @@ use super::estimate::{MOST_VIEWS, predicted, seen};
 use super::ladder::{Ladder, Rung};
 use super::pilot::{Effort, Pilot, Scene, Steps, side_px};
 use super::windows::pixels;
-use crate::setting::Setting;
+use crate::open::setting::Setting;
 use crate::values::Bound;
 
 /// The bound that a person asked for.

@@ -13,10 +13,10 @@ use crate::output;
 const QUALITY: u8 = 85;
 
 /// Display colour behind what is transparent, each channel.
-pub(super) const BACKDROP: u8 = 0x1b;
+pub(crate) const BACKDROP: u8 = 0x1b;
 
 /// A JPEG over the page's background.
-pub(super) fn jpeg(image: &Image) -> Result<Vec<u8>> {
+pub(crate) fn jpeg(image: &Image) -> Result<Vec<u8>> {
     let straight = output::png_codes(image);
     let over = |code: u8, alpha: u8| {
         let (code, alpha) = (u32::from(code), u32::from(alpha));
@@ -38,6 +38,6 @@ pub(super) fn jpeg(image: &Image) -> Result<Vec<u8>> {
 }
 
 /// The bytes of a PNG file.
-pub(super) fn png(image: &Image) -> Result<Vec<u8>> {
+pub(crate) fn png(image: &Image) -> Result<Vec<u8>> {
     output::png_file(image)
 }

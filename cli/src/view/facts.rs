@@ -8,10 +8,9 @@ use volsplat::transfer::{ColourMap, Histogram, Preset};
 use volsplat::{Blend, Described, Shading, TransferFunction};
 
 use crate::args::{Drawing, RayBlend, SceneArgs, TransferArgs, VolsplatArgs};
-use crate::channel_look;
-use crate::commands::volsplat::Open;
-use crate::look::Suggested;
-use crate::transfer;
+use crate::look::suggested::Suggested;
+use crate::look::{channel_look, transfer};
+use crate::open::volume::Open;
 use crate::values::word;
 
 /// Bars of the histogram that the page draws.
@@ -21,7 +20,7 @@ const BARS: usize = 256;
 const STOPS: usize = 24;
 
 /// A volume's grid, values and looks.
-pub(super) fn volume(open: &Open) -> Value {
+pub(crate) fn volume(open: &Open) -> Value {
     let volume = open.described();
     let (low, high) = volume.value_range();
     let lattice = volume.lattice();
@@ -46,7 +45,7 @@ pub(super) fn volume(open: &Open) -> Value {
         "space": lattice.space,
         "spacing": lattice.spacing(),
         "range": [low, high],
-        "corners": crate::framing::volume::grid_bounds(volume).map(|corner| corner.to_array()),
+        "corners": crate::cameras::framing::volume::grid_bounds(volume).map(|corner| corner.to_array()),
         "bars": bars(&histogram, volume.value_range()),
         "function": function(open),
         "maps": maps,
@@ -60,7 +59,7 @@ pub(super) fn volume(open: &Open) -> Value {
 }
 
 /// The unit of lengths: axes that are named after a patient's sides count millimetres, in every format that has such names.
-pub(super) fn unit(volume: &dyn Described) -> Option<&'static str> {
+pub(crate) fn unit(volume: &dyn Described) -> Option<&'static str> {
     let lattice = volume.lattice();
     let space = lattice.space?;
     let sides = [
@@ -119,7 +118,7 @@ fn bars(histogram: &Histogram, (low, high): (f64, f64)) -> Vec<u64> {
 }
 
 /// The transfer function; null where labels or several channels have looks of their own.
-pub(super) fn function(open: &Open) -> Value {
+pub(crate) fn function(open: &Open) -> Value {
     let args = open.args();
     if open.function().is_none() || !args.scene.channel.is_empty() {
         return Value::Null;
@@ -171,7 +170,7 @@ fn names<T: ValueEnum>() -> Vec<String> {
 }
 
 /// The choices of a mesh or a warp, and the options that are set already.
-pub(super) fn options(drawing: &Drawing) -> Result<Value> {
+pub(crate) fn options(drawing: &Drawing) -> Result<Value> {
     let set: Map<String, Value> = drawing
         .setting()
         .pairs()?

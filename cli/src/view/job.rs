@@ -11,15 +11,16 @@ use anyhow::{Result, bail};
 use resample_core::Stop;
 
 use crate::args::Drawing;
-use crate::bands::Next;
-use crate::opened::Opened;
+use crate::args::words::typed::Typed;
+use crate::open::Opened;
+use crate::picture::bands::Next;
 use crate::plan::{Purpose, RunLog};
-use crate::planner::{self, Planned};
-use crate::report::Verbosity;
-use crate::typed::Typed;
+use crate::planner;
+use crate::planner::Planned;
+use crate::process::report::Verbosity;
 
 /// A file that is being written.
-pub(super) struct Job {
+pub(crate) struct Job {
     path: PathBuf,
     stop: Stop,
     news: Receiver<News>,
@@ -27,7 +28,7 @@ pub(super) struct Job {
 }
 
 /// News of a job.
-pub(super) enum News {
+pub(crate) enum News {
     /// Pictures that are done, and all of them.
     Progress(usize, usize),
     /// The file is there, or why it is not.
@@ -36,7 +37,7 @@ pub(super) enum News {
 
 impl Job {
     /// Begins to draw and write.
-    pub(super) fn begin(path: PathBuf, drawing: Drawing) -> Result<Self> {
+    pub(crate) fn begin(path: PathBuf, drawing: Drawing) -> Result<Self> {
         let (to, news) = channel();
         let stop = Stop::default();
         let (own, file) = (stop.clone(), path.clone());
@@ -56,17 +57,17 @@ impl Job {
     }
 
     /// The file.
-    pub(super) fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
     /// The next piece of news, if there is one.
-    pub(super) fn news(&self) -> Option<News> {
+    pub(crate) fn news(&self) -> Option<News> {
         self.news.try_recv().ok()
     }
 
     /// Asks for its end; the news say when it has come.
-    pub(super) fn cancel(&self) {
+    pub(crate) fn cancel(&self) {
         self.stop.ask();
     }
 }

@@ -20,7 +20,7 @@ const STEPS: [f64; 7] = [1.0, 0.8, 0.65, 0.5, 0.4, 0.32, LEAST];
 
 /// Chooses the size of moving frames.
 #[derive(Clone, Debug)]
-pub(super) struct Ladder {
+pub(crate) struct Ladder {
     /// Time of a full-size frame, ms, as far as it was seen.
     full_ms: f64,
     step: usize,
@@ -38,13 +38,13 @@ impl Default for Ladder {
 
 impl Ladder {
     /// Width and height of the next moving frame, px.
-    pub(super) fn size(&self, full: [u32; 2]) -> [u32; 2] {
+    pub(crate) fn size(&self, full: [u32; 2]) -> [u32; 2] {
         let scale = STEPS[self.step];
         full.map(|side| ((f64::from(side) * scale).round() as u32).clamp(1, side.max(1)))
     }
 
     /// Takes the time of a frame of the present size, ms.
-    pub(super) fn took(&mut self, ms: f64) {
+    pub(crate) fn took(&mut self, ms: f64) {
         let scale = STEPS[self.step];
         self.full_ms += SHARE * (ms / (scale * scale) - self.full_ms);
         let allowed_ms = |step: usize| if step < HALF { TARGET_MS } else { SLOW_MS };

@@ -14,7 +14,7 @@ const MOST_WAITING: usize = 64;
 
 /// What is to be done next.
 #[derive(Debug)]
-pub(super) enum Next {
+pub(crate) enum Next {
     /// A page was opened; it takes the place of the one before.
     Opened(Sender),
     /// A request beside views.
@@ -37,11 +37,11 @@ struct Inside {
 
 /// Shared by the threads that listen and the one that draws.
 #[derive(Clone, Default)]
-pub(super) struct Mailbox(Arc<(Mutex<Inside>, Condvar)>, Stop);
+pub(crate) struct Mailbox(Arc<(Mutex<Inside>, Condvar)>, Stop);
 
 impl Mailbox {
     /// A page was opened. The number is for [`Mailbox::put`].
-    pub(super) fn open(&self, sender: Sender) -> u64 {
+    pub(crate) fn open(&self, sender: Sender) -> u64 {
         let mut inside = self.lock();
         *inside = Inside {
             opened: Some(sender),
@@ -54,7 +54,7 @@ impl Mailbox {
     }
 
     /// Asks for the end of a resting picture as soon as something newer waits. Call it before such a picture.
-    pub(super) fn stop(&self) -> Stop {
+    pub(crate) fn stop(&self) -> Stop {
         self.1.clear();
         if self.has_newer() {
             self.1.ask();
@@ -63,7 +63,7 @@ impl Mailbox {
     }
 
     /// Takes a request; false if another page has been opened since.
-    pub(super) fn put(&self, page: u64, asked: Asked) -> bool {
+    pub(crate) fn put(&self, page: u64, asked: Asked) -> bool {
         let mut inside = self.lock();
         if inside.page != page {
             return false;
@@ -89,7 +89,7 @@ impl Mailbox {
     }
 
     /// Waits for something to do; `None` if there is nothing for that long.
-    pub(super) fn next(&self, longest: Duration) -> Option<Next> {
+    pub(crate) fn next(&self, longest: Duration) -> Option<Next> {
         let end = Instant::now() + longest;
         let mut inside = self.lock();
         loop {
@@ -108,7 +108,7 @@ impl Mailbox {
     }
 
     /// Waits until a picture is on the screen, but no longer than that.
-    pub(super) fn wait_shown(&self, id: u32, longest: Duration) {
+    pub(crate) fn wait_shown(&self, id: u32, longest: Duration) {
         let end = Instant::now() + longest;
         let mut inside = self.lock();
         while inside.shown != Some(id) && inside.opened.is_none() {
@@ -120,7 +120,7 @@ impl Mailbox {
     }
 
     /// Whether a view or another page waits, or the page wants the picture in work no longer.
-    pub(super) fn has_newer(&self) -> bool {
+    pub(crate) fn has_newer(&self) -> bool {
         let inside = self.lock();
         inside.newest.is_some() || inside.opened.is_some() || inside.is_cancelled
     }

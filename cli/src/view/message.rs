@@ -3,33 +3,33 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::words::Changes;
+use crate::view::options_text::Changes;
 
 /// What the page asks to be drawn.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
-pub(super) struct View {
+pub(crate) struct View {
     /// A camera in the words of a camera file: position, target, up, and fov_y or projection and height.
-    pub(super) camera: Value,
+    pub(crate) camera: Value,
     /// Width and height, px.
-    pub(super) size: [u32; 2],
+    pub(crate) size: [u32; 2],
     /// Options by name.
     #[serde(default)]
-    pub(super) changes: Changes,
+    pub(crate) changes: Changes,
     /// A transfer function in the form of ParaView, with display colours.
     #[serde(default)]
-    pub(super) transfer: Option<Value>,
+    pub(crate) transfer: Option<Value>,
     /// A table of labels in the form of a label file, with display colours.
     #[serde(default)]
-    pub(super) labels: Option<Value>,
+    pub(crate) labels: Option<Value>,
     /// How exact a resting picture is.
     #[serde(default)]
-    pub(super) exactness: Exactness,
+    pub(crate) exactness: Exactness,
 }
 
 /// How exact a resting picture is.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum Exactness {
+pub(crate) enum Exactness {
     /// As moving pictures, at full size.
     Fast,
     /// As the command line draws.
@@ -47,7 +47,7 @@ pub(super) enum Exactness {
 
 impl Exactness {
     /// The bound of the error, in the words of `--max-error`.
-    pub(super) fn bound(self) -> Option<&'static str> {
+    pub(crate) fn bound(self) -> Option<&'static str> {
         match self {
             Self::Within64 => Some("1/64"),
             Self::Within255 => Some("1/255"),
@@ -59,7 +59,7 @@ impl Exactness {
 /// Whether a picture will be looked at longer than the next one takes.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum Motion {
+pub(crate) enum Motion {
     /// Quickly, and smaller if need be.
     Moving,
     /// To the end.
@@ -69,7 +69,7 @@ pub(super) enum Motion {
 /// What the page says.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "type", rename_all = "kebab-case")]
-pub(super) enum Asked {
+pub(crate) enum Asked {
     /// Draw this, and forget what was asked for before.
     Draw {
         id: u32,
@@ -116,7 +116,7 @@ pub(super) enum Asked {
 /// What is saved.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
-pub(super) enum Saved {
+pub(crate) enum Saved {
     Picture,
     Transfer,
     Labels,
@@ -128,26 +128,26 @@ pub(super) enum Saved {
 
 /// The head of a picture.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct PictureHead {
-    pub(super) id: u32,
+pub(crate) struct PictureHead {
+    pub(crate) id: u32,
     /// "moving", "resting" or "thumbnail".
-    pub(super) kind: &'static str,
+    pub(crate) kind: &'static str,
     /// Name of the preset of a thumbnail.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(super) preset: Option<String>,
+    pub(crate) preset: Option<String>,
     /// MIME type of the bytes behind the head.
-    pub(super) format: &'static str,
-    pub(super) width: u32,
-    pub(super) height: u32,
+    pub(crate) format: &'static str,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
     /// Wall time of the drawing, ms.
-    pub(super) draw_ms: f64,
+    pub(crate) draw_ms: f64,
     /// Whether this is the last picture of the view.
-    pub(super) is_last: bool,
+    pub(crate) is_last: bool,
 }
 
 impl PictureHead {
     /// Length of the head (4 bytes, little-endian), head, picture.
-    pub(super) fn with(&self, picture: &[u8]) -> Vec<u8> {
+    pub(crate) fn with(&self, picture: &[u8]) -> Vec<u8> {
         // A struct of numbers and words can always be written.
         let head = serde_json::to_vec(self).unwrap_or_default();
         let length = u32::try_from(head.len()).unwrap_or_default();

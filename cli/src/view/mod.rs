@@ -3,26 +3,22 @@
 //! Takes the words of the command that draws the file, and serves one page on this machine. The page sends cameras and
 //! options; a thread that owns the scene draws them: quickly while something moves, then exactly as the command line would.
 //!
-//! `words` finds the command and takes the page's changes of it; `subject` is the scene as it is drawn; `server`, `heads`,
-//! `http` and `socket` speak to the browser; `mailbox` keeps the newest request; `studio` draws and answers; `ladder` chooses the
-//! size of moving frames; `save` writes files; those that need pictures are drawn by a `job` on a thread of its own.
+//! `options_text` finds the command and takes the page's changes of it; `opened_scene` is the scene as it is drawn; `serve` speaks to
+//! the browser; `mailbox` keeps the newest request; `render_thread` draws and answers; `ladder` chooses the size of moving
+//! frames; `save` writes files; those that need pictures are drawn by a `job` on a thread of its own.
 
-mod encode;
+pub(crate) mod options_text;
+pub(crate) mod opened_scene;
 mod facts;
-mod heads;
-mod http;
-mod job;
-mod ladder;
-mod mailbox;
 mod message;
-mod page;
-mod save;
+mod mailbox;
+pub(crate) mod serve;
 mod sender;
-mod server;
-mod socket;
-mod studio;
-mod subject;
-mod words;
+mod encode;
+mod ladder;
+pub(crate) mod render_thread;
+mod job;
+mod save;
 
 use std::ffi::OsString;
 use std::sync::Arc;
@@ -30,17 +26,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Result;
 
-use crate::application::Application;
+use crate::args::words::application::Application;
 use crate::args::{ServeArgs, ViewArgs};
-use crate::interrupt;
-use crate::report::{self, Verbosity};
-use crate::source::Held;
+use crate::process::report::Verbosity;
+use crate::process::{interrupt, report};
 use crate::threads;
-
-use server::Server;
-use studio::Studio;
-use subject::Subject;
-use words::Words;
+use crate::values::source::Held;
+use crate::view::opened_scene::Subject;
+use crate::view::options_text::Words;
+use crate::view::render_thread::Studio;
+use crate::view::serve::server::Server;
 
 /// Reads the file, serves the page, and draws until Ctrl-C.
 pub(crate) fn run(args: ViewArgs, verbosity: Verbosity) -> Result<()> {

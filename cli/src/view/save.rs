@@ -7,13 +7,14 @@ use serde_json::{Value, json};
 
 use super::job::Job;
 use super::message::{Saved, View};
-use super::subject::Subject;
-use super::words::Files;
 use crate::args::Drawing;
-use crate::output::{self, Format};
-use crate::typed;
+use crate::args::words::typed;
+use crate::cameras::viewpoint::Viewpoint;
+use crate::output;
+use crate::output::Format;
 use crate::values::Size;
-use crate::viewpoint::Viewpoint;
+use crate::view::opened_scene::Subject;
+use crate::view::options_text::Files;
 
 /// Most pictures of a turntable.
 const MOST_STEPS: usize = 1000;
@@ -25,7 +26,7 @@ const LABELS: &str = "labels.json";
 const PICTURE: &str = "view.png";
 
 /// The commands that draw a view: they bring the camera and the transfer function along, and read the same file.
-pub(super) fn command(subject: &Subject, view: &View) -> Result<String> {
+pub(crate) fn command(subject: &Subject, view: &View) -> Result<String> {
     let (_, camera) = subject.camera(view)?;
     let mut text = format!("cat > {CAMERA} <<'END'\n{camera}\nEND\n");
     let mut brought = |name: &str, content: &Option<Value>| {
@@ -55,7 +56,7 @@ pub(super) fn command(subject: &Subject, view: &View) -> Result<String> {
 }
 
 /// What became of a request to save.
-pub(super) enum Saving {
+pub(crate) enum Saving {
     /// The file is there.
     Written(PathBuf),
     /// Pictures are drawn for it on a thread of their own.
@@ -63,7 +64,7 @@ pub(super) enum Saving {
 }
 
 /// Writes a file, or begins to where pictures have to be drawn for it. `shown` is the PNG of a view that is shown at rest.
-pub(super) fn save(
+pub(crate) fn save(
     subject: &Subject,
     (what, name): (Saved, &str),
     (view, detail): (&View, &Value),

@@ -7,7 +7,7 @@ use tungstenite::protocol::{Role, WebSocket};
 use tungstenite::{Bytes, Message};
 
 /// Sends to a page.
-pub(super) struct Sender(WebSocket<TcpStream>);
+pub(crate) struct Sender(WebSocket<TcpStream>);
 
 impl std::fmt::Debug for Sender {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -17,17 +17,17 @@ impl std::fmt::Debug for Sender {
 
 impl Sender {
     /// On a stream whose head has been exchanged.
-    pub(super) fn new(stream: TcpStream) -> Self {
+    pub(crate) fn new(stream: TcpStream) -> Self {
         Self(WebSocket::from_raw_socket(stream, Role::Server, None))
     }
 
     /// Sends a text.
-    pub(super) fn text(&mut self, text: String) -> Result<()> {
+    pub(crate) fn text(&mut self, text: String) -> Result<()> {
         Ok(self.0.send(Message::text(text))?)
     }
 
     /// Sends bytes.
-    pub(super) fn bytes(&mut self, bytes: Vec<u8>) -> Result<()> {
+    pub(crate) fn bytes(&mut self, bytes: Vec<u8>) -> Result<()> {
         Ok(self.0.send(Message::Binary(Bytes::from(bytes)))?)
     }
 }

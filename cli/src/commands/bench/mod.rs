@@ -11,7 +11,8 @@ mod settings;
 use anyhow::Result;
 
 use crate::args::{BenchArgs, BenchTable};
-use crate::report::{self, Verbosity};
+use crate::process::report;
+use crate::process::report::Verbosity;
 
 /// Measures and prints one table.
 pub(crate) fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<()> {

@@ -11,17 +11,19 @@ use anyhow::{Context, Result};
 use glam::DVec3;
 use resample_core::{Camera, LookAt};
 use volsplat::transfer::{ColourKnot, OpacityKnot};
-use volsplat::{LoadOptions, RenderOptions, Renderer, TransferFunction, Volume, procedural};
-use volsplat::{RawOptions, VoxelType};
+use volsplat::{
+    LoadOptions, RawOptions, RenderOptions, Renderer, TransferFunction, Volume, VoxelType,
+    procedural,
+};
 
 use crate::args::BenchPaperArgs;
-use crate::framing;
-use crate::interrupt;
-use crate::machine;
+use crate::cameras::framing;
 use crate::measure::median;
-use crate::output::{self, Depth, Format};
-use crate::report::Verbosity;
-use crate::sequence;
+use crate::output;
+use crate::output::{Depth, Format};
+use crate::plan::sequence;
+use crate::process::report::Verbosity;
+use crate::process::{interrupt, machine};
 
 /// A row of the paper's table.
 struct Row {

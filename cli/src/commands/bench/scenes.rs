@@ -15,11 +15,11 @@ use super::settings::{Against, Bench, Compared, Measured, Motion};
 use crate::args::{
     BenchSceneArgs, CameraArgs, Drawing, OrderName, SceneArg, TexmapArgs, VolsplatArgs,
 };
-use crate::built_in;
-use crate::machine;
+use crate::commands::built_in;
 use crate::measure;
-use crate::report::Verbosity;
-use crate::setting::Setting;
+use crate::open::setting::Setting;
+use crate::process::machine;
+use crate::process::report::Verbosity;
 use crate::values::Orbit;
 
 /// Degrees by which the view turns in the table of orders, and its steps: across 45 degrees, where slices change over.

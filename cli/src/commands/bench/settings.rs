@@ -8,13 +8,13 @@ use resample_core::metrics::Comparison;
 use resample_core::{Camera, Image};
 
 use crate::args::Drawing;
-use crate::interrupt;
-use crate::measure::{self, Reference};
-use crate::opened::Opened;
-use crate::plan::Purpose;
-use crate::report::Verbosity;
-use crate::sequence;
-use crate::setting::Setting;
+use crate::measure;
+use crate::measure::Reference;
+use crate::open::Opened;
+use crate::open::setting::Setting;
+use crate::plan::{Purpose, sequence};
+use crate::process::interrupt;
+use crate::process::report::Verbosity;
 
 /// A scene and the settings that it is measured under.
 pub(super) struct Bench {

@@ -5,20 +5,21 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use clap::Parser;
-use resample_core::metrics::{self, Mask};
-use resample_core::{Camera, Image};
+use resample_core::metrics::Mask;
+use resample_core::{Camera, Image, metrics};
 
 use super::scenes::{Scene, Truth};
+use crate::args::words::typed;
 use crate::args::{Cli, Command, Drawing};
-use crate::background::Background;
-use crate::built_in;
-use crate::opened::Opened;
-use crate::output::{self, Depth, Format};
+use crate::commands::built_in;
+use crate::open::Opened;
+use crate::output::{Depth, Format};
+use crate::picture::background::Background;
 use crate::plan::Purpose;
-use crate::planner;
-use crate::report::{self, Verbosity};
-use crate::typed;
+use crate::process::report;
+use crate::process::report::Verbosity;
 use crate::values::Size;
+use crate::{output, planner};
 
 /// A scene that was drawn.
 pub(super) struct Shown {

@@ -15,7 +15,8 @@ use anyhow::Result;
 
 use crate::args::DemoArgs;
 use crate::output;
-use crate::report::{self, Verbosity};
+use crate::process::report;
+use crate::process::report::Verbosity;
 
 /// Writes files, pictures and the page, and says where it is.
 pub(crate) fn run(args: &DemoArgs, verbosity: Verbosity) -> Result<()> {

@@ -6,7 +6,8 @@ use anyhow::Result;
 use serde_json::Value;
 
 use crate::args::SceneArg;
-use crate::built_in::{self, DEPTH_IMAGE_FOV_Y_DEG, NEW_EYE};
+use crate::commands::built_in;
+use crate::commands::built_in::{DEPTH_IMAGE_FOV_Y_DEG, NEW_EYE};
 use crate::output;
 
 /// A scene, and the command that draws it.

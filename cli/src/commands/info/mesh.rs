@@ -3,12 +3,12 @@
 use anyhow::Result;
 use glam::DVec3;
 use serde_json::{Value, json};
-use texmap::input::{self, Animation, Format};
-use texmap::{LoadOptions, Loaded, Scene};
+use texmap::input::{Animation, Format};
+use texmap::{LoadOptions, Loaded, Scene, input};
 
 use super::words::{Line, between, line, listed, short};
 use crate::args::InfoArgs;
-use crate::report;
+use crate::process::report;
 
 /// Reads the mesh and describes it.
 pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {

@@ -12,9 +12,9 @@ use anyhow::Result;
 use serde_json::json;
 
 use crate::args::InfoArgs;
-use crate::content::Content;
-use crate::report;
-use crate::typed;
+use crate::args::words::content::Content;
+use crate::args::words::typed;
+use crate::process::report;
 
 /// Describes the file.
 pub(crate) fn run(args: &InfoArgs) -> Result<()> {

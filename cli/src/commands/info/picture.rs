@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::words::{Line, line, listed, short};
 use crate::args::InfoArgs;
-use crate::content;
+use crate::args::words::content;
 
 /// Bytes of a pixel while it is looked at.
 const PIXEL_BYTES: u64 = 4 + 4;

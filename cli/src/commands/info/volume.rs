@@ -7,20 +7,18 @@ use anyhow::Result;
 use glam::DVec3;
 use resample_io::memory;
 use serde_json::{Value, json};
-use volsplat::VoxelType;
 use volsplat::input::{format_of, peek};
 use volsplat::large::most_brick_bytes;
 use volsplat::transfer::Histogram;
-use volsplat::{Described, Lattice, LoadOptions, RenderOptions};
-
-use crate::args::{InfoArgs, ReadingArgs};
-use crate::framing;
-use crate::progress::Progress;
-use crate::report;
-use crate::volume_data::look_through;
-use crate::volume_file::load_options;
+use volsplat::{Described, Lattice, LoadOptions, RenderOptions, VoxelType};
 
 use super::words::{Line, between, line, short};
+use crate::args::{InfoArgs, ReadingArgs};
+use crate::cameras::framing;
+use crate::open::volume::data::look_through;
+use crate::open::volume::file::load_options;
+use crate::process::progress::Progress;
+use crate::process::report;
 
 /// Bars of the histogram: a line of them fits a terminal of 80 columns beside two numbers.
 const BARS: usize = 48;

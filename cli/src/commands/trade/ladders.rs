@@ -12,7 +12,7 @@ use warp3d::args::MethodName;
 use warp3d::{MixedPixels, Visibility};
 
 use crate::args::{CellsName, Drawing, OrderName, RenderArgs};
-use crate::setting::Setting;
+use crate::open::setting::Setting;
 
 /// A choice and its rungs.
 struct Ladder {

@@ -22,11 +22,14 @@ use anyhow::{Result, bail};
 
 use self::record::{Report, Row};
 use self::rows::Scene;
+use crate::args::words::typed::Typed;
 use crate::args::{Drawing, TradeArgs, TradeOptions};
-use crate::interrupt::{self, Interrupted};
-use crate::report::{self, Verbosity};
-use crate::typed::Typed;
-use crate::{built_in, machine, output, sequence};
+use crate::commands::built_in;
+use crate::output;
+use crate::plan::sequence;
+use crate::process::interrupt::Interrupted;
+use crate::process::report::Verbosity;
+use crate::process::{interrupt, machine, report};
 
 /// Plans, measures, reports.
 pub(crate) fn run(args: TradeArgs, typed: &Typed, verbosity: Verbosity) -> Result<()> {

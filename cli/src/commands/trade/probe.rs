@@ -11,9 +11,10 @@ use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 
 use crate::args::Drawing;
-use crate::opened::Opened;
+use crate::open::Opened;
 use crate::plan::Purpose;
-use crate::report::{self, Verbosity};
+use crate::process::report;
+use crate::process::report::Verbosity;
 
 /// Time and memory of one picture.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]

@@ -5,19 +5,21 @@ use resample_core::Camera;
 use resample_core::metrics::flip;
 use serde_json::json;
 
-use super::ladders::{self, Named};
-use super::probe;
+use super::ladders::Named;
 use super::record::{Cost, Row};
+use super::{ladders, probe};
+use crate::args::words::typed;
+use crate::args::words::typed::Typed;
 use crate::args::{Drawing, TradeOptions};
-use crate::figures::{self, FLICKER};
-use crate::input_picture;
-use crate::measure::{self, Reference, Time};
-use crate::opened::Opened;
-use crate::output::{self, Depth, Format};
+use crate::measure::figures::FLICKER;
+use crate::measure::{Reference, Time, figures};
+use crate::open::Opened;
+use crate::open::setting::Setting;
+use crate::output::{Depth, Format};
+use crate::picture::input_picture;
 use crate::plan::Purpose;
-use crate::report::Verbosity;
-use crate::setting::Setting;
-use crate::typed::{self, Typed};
+use crate::process::report::Verbosity;
+use crate::{measure, output};
 
 /// The measured command.
 pub(super) struct Scene<'a> {

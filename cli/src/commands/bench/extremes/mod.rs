@@ -16,8 +16,7 @@ use anyhow::Result;
 
 use crate::args::BenchExtremesArgs;
 use crate::commands::compare::TooFar;
-use crate::machine;
-use crate::report;
+use crate::process::{machine, report};
 
 /// Draws every extreme and prints the table; an error where a row is beyond its bound.
 pub(super) fn run(args: &BenchExtremesArgs) -> Result<()> {

@@ -1,0 +1,214 @@
+//! What a file holds and which command draws it, by its content.
+//!
+//! Takes names as they are typed, gives the application. Volumes are asked first, because their marks are the surest;
+//! then meshes, then pictures. An ending decides nothing.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+use image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
+use resample_io::{exr, files};
+use volsplat::input::Format;
+
+use crate::args::words::application::Application;
+use crate::values::input_file::InputFile;
+
+/// What a file holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Content {
+    /// A volume, or slices of one.
+    Volume,
+    /// A mesh.
+    Mesh,
+    /// A picture or a depth.
+    Picture,
+    /// One plane of numbers: a volume of one slice, or a depth.
+    Plane,
+    /// Colours and depth in one file.
+    PictureAndDepth,
+    /// Nothing that is known; a headerless volume has no mark.
+    Unknown,
+}
+
+/// Bytes that tell the format of a picture.
+const HEAD_BYTES: u64 = 64;
+
+impl Content {
+    /// The content of a file, a folder or a pattern.
+    pub(crate) fn of(path: &Path) -> Result<Self> {
+        match volsplat::input::format_of(path)? {
+            Some(Format::Tiff) if path.is_file() => return Ok(of_tiff(path)),
+            Some(Format::Npy) => return of_array(path),
+            Some(_) => return Ok(Self::Volume),
+            None if path.is_dir() => return Ok(Self::Volume),
+            None => {}
+        }
+        if texmap::input::format_of(path)?.is_some() {
+            return Ok(Self::Mesh);
+        }
+        let head = files::first_bytes(path, HEAD_BYTES)?;
+        if head.starts_with(b"PF") || head.starts_with(b"Pf") {
+            return Ok(Self::Picture);
+        }
+        Ok(match image::guess_format(&head) {
+            Ok(ImageFormat::OpenExr) if exr::channels_of(path)?.has_colour_and_depth => {
+                Self::PictureAndDepth
+            }
+            Ok(_) => Self::Picture,
+            Err(_) => Self::Unknown,
+        })
+    }
+}
+
+/// The application that draws what the words name, and the words with its files: names come before options.
+pub(crate) fn drawn(words: &[OsString]) -> Result<(Application, Vec<OsString>)> {
+    let is_name = |word: &&OsString| !word.to_string_lossy().starts_with('-');
+    let names: Vec<&OsString> = words.iter().take_while(is_name).collect();
+    let is = |application| Ok((application, words.to_vec()));
+    let Some(&first) = names.first() else {
+        return is(Application::Volume);
+    };
+    let is_headerless = words
+        .iter()
+        .any(|word| word.to_string_lossy().starts_with("--dims"));
+    let path = InputFile::of(first.clone()).path;
+    // The command that reads it says best why it cannot.
+    let content = Content::of(&path).ok().filter(|_| !is_headerless);
+    let Some(content) = content else {
+        return is(Application::Volume);
+    };
+    let name = path.display();
+    match (content, names.len()) {
+        (Content::Volume | Content::Unknown, _) => is(Application::Volume),
+        (Content::Mesh, _) => is(Application::Mesh),
+        (Content::PictureAndDepth, 1) => {
+            let mut both = words.to_vec();
+            both.insert(1, path.into_os_string());
+            Ok((Application::Depth, both))
+        }
+        (Content::Picture | Content::Plane | Content::PictureAndDepth, 2) => is(Application::Depth),
+        (Content::Picture, 1) => bail!(
+            "{name}: a picture alone is no scene: give its depth too, as in resample warp3d {name} DEPTH --from CAM, or, of a \
+             volume's slices, their folder or a pattern in quotes"
+        ),
+        (Content::Plane, 1) => bail!(
+            "{name}: one plane of numbers is a volume of one slice (resample volsplat {name}) or a depth (resample warp3d \
+             PICTURE {name} --from CAM): say which"
+        ),
+        // Two are a picture and its depth, more are slices.
+        _ => is(Application::Volume),
+    }
+}
+
+/// A TIFF of colours is a picture, of many pages a volume; one grey page may be either.
+fn of_tiff(path: &Path) -> Content {
+    if volsplat::input::pages_of(path).is_some_and(|pages| pages > 1) {
+        return Content::Volume;
+    }
+    match colours(path) {
+        Some(colour) if colour.has_color() => Content::Picture,
+        _ => Content::Plane,
+    }
+}
+
+/// The colours of a picture that the crate `image` reads.
+pub(crate) fn colours(path: &Path) -> Option<ColorType> {
+    let (file, _) = files::open(path).ok()?;
+    let reader = ImageReader::new(std::io::BufReader::new(file)).with_guessed_format();
+    Some(reader.ok()?.into_decoder().ok()?.color_type())
+}
+
+fn of_array(path: &Path) -> Result<Content> {
+    let (mut file, _) = files::open(path)?;
+    Ok(match resample_io::npy::Header::read(&mut file) {
+        Ok(header) if header.shape.len() == 2 => Content::Plane,
+        // The reader says what is wrong with it.
+        Ok(_) | Err(_) => Content::Volume,
+    })
+}
+
+/// The words of this process, with the command put in where they begin with the name of a file.
+///
+/// # Errors
+/// A first word that is neither a command nor a file but looks like one, and a file that several commands could mean.
+pub(crate) fn with_command(
+    words: Vec<OsString>,
+    is_command: impl Fn(&str) -> bool,
+) -> Result<Vec<OsString>> {
+    let Some(at) = first_name(&words) else {
+        return Ok(words);
+    };
+    let word = words[at].to_string_lossy().into_owned();
+    if is_command(&word) {
+        return Ok(words);
+    }
+    let path: PathBuf = InputFile::of(words[at].clone()).path;
+    let is_there = path.exists() || word.contains(['*', '?']);
+    if !is_there {
+        if word.contains(['.', '/']) {
+            bail!("{word}: neither a file nor a command; resample -h lists the commands");
+        }
+        return Ok(words);
+    }
+    let (application, of_scene) = drawn(&words[at..])?;
+    let own = words[..at].iter().cloned();
+    let command = std::iter::once(OsString::from(application.name()));
+    Ok(own.chain(command).chain(of_scene).collect())
+}
+
+/// Where the first word stands that is no option of every command.
+fn first_name(words: &[OsString]) -> Option<usize> {
+    let mut at = 1;
+    loop {
+        match words.get(at)?.to_string_lossy().as_ref() {
+            "--threads" => at += 2,
+            "-q" | "--quiet" | "-v" | "--verbose" => at += 1,
+            word if word.starts_with("--threads=") => at += 1,
+            word if word.starts_with('-') => return None,
+            _ => return Some(at),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(text: &str) -> Vec<OsString> {
+        text.split(' ').map(OsString::from).collect()
+    }
+
+    #[test]
+    fn commands_and_options_stay_as_they_are() {
+        let is_command = |word: &str| word == "volsplat";
+        for text in [
+            "resample",
+            "resample -h",
+            "resample volsplat a.b",
+            "resample volspalt x",
+        ] {
+            let kept = with_command(words(text), is_command).expect("no file is asked for");
+            assert_eq!(kept, words(text));
+        }
+        let error = with_command(words("resample a/b.nrrd -o x.png"), is_command);
+        let error = error.expect_err("no such file").to_string();
+        assert!(
+            error.contains("a/b.nrrd: neither a file nor a command"),
+            "{error}"
+        );
+    }
+
+    #[test]
+    fn the_first_name_stands_behind_the_options_of_every_command() {
+        assert_eq!(
+            first_name(&words("resample --threads 2 -q a.glb -o b")),
+            Some(4)
+        );
+        assert_eq!(
+            first_name(&words("resample -o b a.glb")),
+            None,
+            "an option of a command"
+        );
+    }
+}

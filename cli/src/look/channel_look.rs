@@ -1,0 +1,124 @@
+//! How one channel looks: a transfer function, labels or a tint, from the words that describe it or from the data.
+//!
+//! Takes the typed options, a word of `--channel` or `--also`, and the volume.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use volsplat::transfer::{ColourKnot, ColourMap, DataKind, FileLook, Histogram};
+use volsplat::{Described, LabelTable, Look, TransferFunction, Volume};
+
+use crate::args::VolsplatArgs;
+use crate::look::suggested::Suggested;
+use crate::look::{suggested, transfer};
+use crate::values;
+
+/// How a channel looks.
+pub(crate) enum OwnLook {
+    Transfer(TransferFunction),
+    Labels(LabelTable),
+    Tint(TransferFunction),
+}
+
+/// Display colours by name, beside those that are written in numbers.
+const COLOURS: [(&str, &str); 7] = [
+    ("red", "#ff0000"),
+    ("green", "#00ff00"),
+    ("blue", "#0000ff"),
+    ("cyan", "#00ffff"),
+    ("magenta", "#ff00ff"),
+    ("yellow", "#ffff00"),
+    ("orange", "#ff8000"),
+];
+
+impl OwnLook {
+    /// As the library takes it.
+    pub(crate) fn lent(&self) -> Look<'_> {
+        match self {
+            Self::Transfer(function) => Look::Transfer(function),
+            Self::Labels(table) => Look::Labels(table),
+            Self::Tint(function) => Look::Tint(function),
+        }
+    }
+}
+
+/// The look of the volume that no word describes, and what goes with it.
+pub(crate) fn own_look(args: &VolsplatArgs, volume: &Volume) -> Result<(OwnLook, Suggested)> {
+    if args.scene.labels {
+        return Ok((
+            OwnLook::Labels(label_table(args)?),
+            Suggested::for_labels(None),
+        ));
+    }
+    if suggested::is_typed(&args.transfer) {
+        let (function, suggested) = transfer::typed(&args.transfer, volume)?;
+        return Ok((OwnLook::Transfer(function), suggested));
+    }
+    let histogram = volume.histogram();
+    let kind = DataKind::of_volume(volume, &histogram);
+    if suggested::are_labels(args, kind) {
+        let table = OwnLook::Labels(label_table(args)?);
+        return Ok((table, Suggested::for_labels(Some(kind))));
+    }
+    // An isosurface or a projection of labels takes them as quantities.
+    let kind = match kind {
+        DataKind::Labels => DataKind::Field,
+        other => other,
+    };
+    let (function, suggested) = transfer::of_data(args, kind, &histogram)?;
+    Ok((OwnLook::Transfer(function), suggested))
+}
+
+/// The look that a word describes.
+pub(crate) fn parsed_look(word: &str, volume: &Volume, args: &VolsplatArgs) -> Result<OwnLook> {
+    if word == "labels" {
+        return Ok(OwnLook::Labels(label_table(args)?));
+    }
+    let lower = word.to_lowercase();
+    let function = if lower.ends_with(".json") || lower.ends_with(".vp") {
+        let encoding = args.transfer.transfer_space;
+        FileLook::load(Path::new(word), encoding, volume)?.function
+    } else if let Ok(map) = word.parse::<ColourMap>() {
+        TransferFunction::automatic(&Histogram::of_volume(volume), map)
+    } else {
+        one_colour(word, volume)?
+    };
+    Ok(OwnLook::Transfer(
+        function.with_opacity_scaled(args.transfer.opacity_scale)?,
+    ))
+}
+
+/// A colour by its name or in numbers, in linear light.
+pub(crate) fn colour(word: &str) -> Option<[f32; 3]> {
+    let named = COLOURS.iter().find(|(name, _)| *name == word);
+    values::colour(named.map_or(word, |(_, digits)| digits)).ok()
+}
+
+/// The opacity of the histogram, in one colour.
+fn one_colour(word: &str, volume: &Volume) -> Result<TransferFunction> {
+    let Some(rgb) = colour(word) else {
+        bail!(
+            "{word}: expected the look of a channel: a file that ends in .json, a colour map such as viridis, labels, a colour \
+             such as #ff8000, or one of {}",
+            COLOURS.map(|(name, _)| name).join(", ")
+        );
+    };
+    let opacities =
+        TransferFunction::automatic(&Histogram::of_volume(volume), ColourMap::default());
+    let colour = ColourKnot {
+        value: volume.value_range().0,
+        rgb,
+    };
+    Ok(TransferFunction::new(
+        vec![colour],
+        opacities.opacity_knots().to_vec(),
+    )?)
+}
+
+fn label_table(args: &VolsplatArgs) -> Result<LabelTable> {
+    let table = match &args.scene.label_colours {
+        Some(path) => LabelTable::load(path)?,
+        None => LabelTable::distinct(),
+    };
+    Ok(table.with_opacity_scaled(args.transfer.opacity_scale))
+}

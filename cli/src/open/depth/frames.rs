@@ -1,0 +1,355 @@
+//! Pictures with depth one after another: numbered files or lists, each with its own camera.
+//!
+//! Takes the words of the command line, gives the words of each single frame. Numbered names have a pattern such as
+//! `%05d`; a list is a text file with a name a line, or a time in seconds and a name as in the lists of the TUM
+//! benchmark, and names count from the list's folder. Limits: one picture a frame; every frame is read when it is drawn.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use resample_io::{Gate, Outside, Room};
+use warp3d::input::{Part, colour, range_of_sequence, read_text};
+
+use crate::args::Warp3dArgs;
+use crate::cameras::viewpoint;
+use crate::cameras::viewpoint::{Known, Viewpoint};
+use crate::open::depth::scene;
+use crate::output::FrameNames;
+use crate::process::progress::{Progress, watch};
+use crate::process::report;
+
+/// Largest difference of the times of a picture and its depth, s: that of the TUM benchmark's own tool.
+const TIME_TOLERANCE_S: f64 = 0.02;
+
+/// The frames of a sequence.
+#[derive(Clone, Debug)]
+pub(crate) struct Frames {
+    frames: Vec<Frame>,
+    /// The range of their depths where these have no unit: one for all.
+    range: Option<[f64; 2]>,
+}
+
+/// One picture and its depth.
+#[derive(Clone, Debug, PartialEq)]
+struct Frame {
+    /// The number in its name, or its place in the list.
+    number: usize,
+    /// When it was taken, as it is written.
+    time: Option<String>,
+    colour: String,
+    depth: String,
+    from: Option<Viewpoint>,
+    to: Option<Viewpoint>,
+}
+
+/// One line of a list, or one file of a pattern.
+struct Item {
+    number: usize,
+    time: Option<String>,
+    file: String,
+}
+
+impl Frames {
+    /// The frames that the words name; `None` where they name one picture.
+    pub(crate) fn find(args: &Warp3dArgs) -> Result<Option<Self>> {
+        let (colours, depths) = match (items(&args.colour)?, items(&args.depth)?) {
+            (None, None) => return Ok(None),
+            (Some(colours), Some(depths)) => (colours, depths),
+            (Some(_), None) => bail!(
+                "{}: one depth for several pictures: give a pattern such as %04d or a list",
+                args.depth
+            ),
+            (None, Some(_)) => bail!(
+                "{}: one picture for several depths: give a pattern such as %04d or a list",
+                args.colour
+            ),
+        };
+        let pictures = colours.len();
+        let frames: Vec<Frame> = colours
+            .into_iter()
+            .filter_map(|colour| {
+                let depth = partner(&colour, &depths)?.file.clone();
+                Some(Frame {
+                    number: colour.number,
+                    time: colour.time,
+                    colour: colour.file,
+                    depth,
+                    from: args.cameras.from.clone(),
+                    to: args.cameras.to.clone(),
+                })
+            })
+            .collect();
+        let frames = Self {
+            frames,
+            range: None,
+        };
+        frames.note_missing(pictures, "depth of their number or time", &args.depth)?;
+        let size = colour::size(&Part::from_text(&frames.frames[0].colour))?;
+        let count = frames.len();
+        let frames = frames.with_cameras(args, size)?;
+        frames.note_missing(count, "camera of their time", "")?;
+        Ok(Some(frames))
+    }
+
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// The words of frame `index`, as if it were alone.
+    pub(crate) fn words(&self, args: &Warp3dArgs, index: usize) -> Warp3dArgs {
+        let frame = self.frames[index].clone();
+        let mut words = args.clone();
+        (words.colour, words.depth) = (frame.colour, frame.depth);
+        (words.cameras.from, words.cameras.to) = (frame.from, frame.to);
+        words.meaning.relative_range = self.range.or(words.meaning.relative_range);
+        words
+    }
+
+    /// Looks through the depths of the whole sequence where one range has to be found for all of them.
+    pub(crate) fn find_range(&mut self, args: &Warp3dArgs, progress: Progress) -> Result<()> {
+        let depths: Vec<Part> = (self.frames.iter())
+            .map(|frame| Part::from_text(&frame.depth))
+            .collect();
+        let meaning = scene::meaning(&args.meaning, None);
+        let room = Room(Gate::new(Outside::Refused, args.max_memory).max_memory());
+        let mut watch = watch("looking through the depths", progress);
+        self.range = range_of_sequence(&depths, &meaning, room, &mut watch)?;
+        Ok(())
+    }
+
+    /// The files that the frames are read from.
+    pub(crate) fn files(&self) -> impl Iterator<Item = PathBuf> {
+        self.frames.iter().flat_map(|frame| {
+            let path = |text: &str| Part::from_text(text).path;
+            let cameras = [&frame.from, &frame.to].into_iter().flatten();
+            let cameras = cameras.filter_map(|word| word.path().map(Path::to_owned));
+            [path(&frame.colour), path(&frame.depth)]
+                .into_iter()
+                .chain(cameras)
+        })
+    }
+
+    /// Says how many of `count` pictures are left out, and refuses where all are.
+    fn note_missing(&self, count: usize, missing: &str, place: &str) -> Result<()> {
+        match count - self.len() {
+            0 => Ok(()),
+            all if all == count => bail!("{place}: none of {count} pictures has a {missing}"),
+            some => {
+                report::say(&format!(
+                    "note: {some} of {count} pictures are left out: there is no {missing}"
+                ));
+                Ok(())
+            }
+        }
+    }
+
+    /// The frames with the cameras that the words mean for each: of a file of several cameras the one with the frame's
+    /// time, file name or place; of a pattern the file with its number. Frames without a camera of their time go.
+    fn with_cameras(mut self, args: &Warp3dArgs, size: [u32; 2]) -> Result<Self> {
+        for side in [Side::From, Side::To] {
+            let word = match side {
+                Side::From => &args.cameras.from,
+                Side::To => &args.cameras.to,
+            };
+            let Some(Viewpoint::File { path, entry: None }) = word else {
+                continue;
+            };
+            let count = self.len();
+            let file = CameraSource::read(path, args, size)?;
+            let mut kept = Vec::with_capacity(count);
+            for (index, mut frame) in self.frames.into_iter().enumerate() {
+                let Some(viewpoint) = file.camera_of(&frame, index, count)? else {
+                    continue;
+                };
+                match side {
+                    Side::From => frame.from = Some(viewpoint),
+                    Side::To => frame.to = Some(viewpoint),
+                }
+                kept.push(frame);
+            }
+            self.frames = kept;
+        }
+        Ok(self)
+    }
+}
+
+/// Which camera of a frame.
+#[derive(Clone, Copy)]
+enum Side {
+    From,
+    To,
+}
+
+/// A file name that stands for the cameras of all frames.
+struct CameraSource<'a> {
+    path: &'a Path,
+    kind: SourceKind,
+}
+
+enum SourceKind {
+    /// A file for each frame.
+    Pattern(FrameNames),
+    /// One file, whose cameras have names.
+    Names(viewpoint::Names),
+}
+
+impl<'a> CameraSource<'a> {
+    fn read(path: &'a Path, args: &Warp3dArgs, size: [u32; 2]) -> Result<Self> {
+        let pattern = if path.exists() {
+            None
+        } else {
+            FrameNames::from_pattern(path)?
+        };
+        let kind = match pattern {
+            Some(pattern) => SourceKind::Pattern(pattern),
+            None => {
+                let known = Known {
+                    picture: size,
+                    size: None,
+                    lens: scene::lens(args, size)?,
+                };
+                SourceKind::Names(viewpoint::Names::of_file(path, &known)?)
+            }
+        };
+        Ok(Self { path, kind })
+    }
+
+    /// The camera of the frame at `index` of `count`; `None` where cameras have times and none is near the frame's.
+    fn camera_of(&self, frame: &Frame, index: usize, count: usize) -> Result<Option<Viewpoint>> {
+        let names = match &self.kind {
+            SourceKind::Pattern(pattern) => {
+                let path = pattern.frame(frame.number);
+                return Ok(Some(Viewpoint::File { path, entry: None }));
+            }
+            SourceKind::Names(names) => names,
+        };
+        let file = Path::new(&frame.colour).file_name();
+        let file = file.and_then(|name| name.to_str()).unwrap_or_default();
+        let entry = match &frame.time {
+            _ if names.count() == 1 => None,
+            Some(time) if names.are_times() => match names.find(time) {
+                None => return Ok(None),
+                found => found,
+            },
+            _ => {
+                let place = if names.count() == count {
+                    index
+                } else {
+                    frame.number
+                };
+                let found = names.find(file).or_else(|| names.at(place));
+                Some(found.with_context(|| {
+                    format!(
+                        "{}: it has no camera of {}: it holds {} cameras, and there are {count} pictures",
+                        self.path.display(),
+                        frame.colour,
+                        names.count()
+                    )
+                })?)
+            }
+        };
+        Ok(Some(Viewpoint::File {
+            path: self.path.to_owned(),
+            entry,
+        }))
+    }
+}
+
+/// The depth that belongs to a picture: of the nearest time, else of the same number.
+fn partner<'a>(colour: &Item, depths: &'a [Item]) -> Option<&'a Item> {
+    let seconds = |item: &Item| item.time.as_deref()?.parse::<f64>().ok();
+    match seconds(colour) {
+        Some(time) if depths.iter().all(|depth| depth.time.is_some()) => {
+            let apart = |depth: &Item| seconds(depth).map_or(f64::INFINITY, |t| (t - time).abs());
+            depths
+                .iter()
+                .min_by(|a, b| apart(a).total_cmp(&apart(b)))
+                .filter(|depth| apart(depth) <= TIME_TOLERANCE_S)
+        }
+        _ => depths.iter().find(|depth| depth.number == colour.number),
+    }
+}
+
+/// The files of a pattern or a list; `None` for a single file.
+fn items(word: &str) -> Result<Option<Vec<Item>>> {
+    let Part { path, name } = Part::from_text(word);
+    let with_name = |file: &Path| match &name {
+        Some(name) => format!("{}#{name}", file.display()),
+        None => file.display().to_string(),
+    };
+    let is_list = path.extension().is_some_and(|extension| extension == "txt");
+    if is_list {
+        return list(&path, with_name).map(Some);
+    }
+    // A file whose own name looks like a pattern is one file.
+    let pattern = if path.exists() {
+        None
+    } else {
+        FrameNames::from_pattern(&path)?
+    };
+    pattern
+        .map(|pattern| numbered(&path, &pattern, with_name))
+        .transpose()
+}
+
+fn numbered(
+    path: &Path,
+    pattern: &FrameNames,
+    with_name: impl Fn(&Path) -> String,
+) -> Result<Vec<Item>> {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or(Path::new("."));
+    let mut numbers = Vec::new();
+    for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let name = entry
+            .with_context(|| folder.display().to_string())?
+            .file_name();
+        numbers.extend(name.to_str().and_then(|name| pattern.number_of(name)));
+    }
+    numbers.sort_unstable();
+    if numbers.is_empty() {
+        bail!("{}: no file has such a name", path.display());
+    }
+    let item = |number: usize| Item {
+        number,
+        time: None,
+        file: with_name(&pattern.frame(number)),
+    };
+    Ok(numbers.into_iter().map(item).collect())
+}
+
+fn list(path: &Path, with_name: impl Fn(&Path) -> String) -> Result<Vec<Item>> {
+    let text = read_text(path)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let lines = text
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.is_empty() && !line.starts_with('#'));
+    let items: Vec<Item> = lines
+        .enumerate()
+        .map(|(number, line)| {
+            let timed = line
+                .split_once(char::is_whitespace)
+                .filter(|(time, _)| time.parse::<f64>().is_ok_and(f64::is_finite));
+            let (time, name) = timed.map_or((None, line), |(time, name)| (Some(time), name));
+            Item {
+                number,
+                time: time.map(str::to_owned),
+                file: with_name(&folder.join(name.trim())),
+            }
+        })
+        .collect();
+    if items.is_empty() {
+        bail!(
+            "{}: the list is empty, expected a name a line",
+            path.display()
+        );
+    }
+    Ok(items)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,377 @@
+//! `resample warp3d`: a picture with depth, seen from elsewhere.
+//!
+//! The steps are those of [`Open`]: what can be refused without reading a picture is checked first, then the references
+//! are read, then the cameras are placed, and only then is anything written.
+
+pub(crate) mod frames;
+pub(crate) mod references;
+pub(crate) mod scene;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use anyhow::{Error, Result, anyhow, bail};
+use resample_core::Camera;
+use resample_io::{Gate, Outside};
+use serde_json::{Value, json};
+use warp3d::input::DepthKind;
+use warp3d::memory::ReferenceSize;
+use warp3d::{Fill, WarpArgs, WarpOptions};
+
+use crate::args::{CameraArgs, Given, SequenceArgs, Warp3dArgs};
+use crate::cameras::camera_path::KeyKind;
+use crate::cameras::multiview::Layout;
+use crate::open::depth::frames::Frames;
+use crate::open::depth::references::{AnyWarper, Keeping};
+use crate::output;
+use crate::picture::Drawn;
+use crate::picture::background::Background;
+use crate::plan::{Pictures, Plan, Purpose, Request, Run, RunLog};
+use crate::process::notes::Notes;
+use crate::process::report;
+use crate::process::report::{RunStats, Verbosity};
+
+mod cameras;
+mod drawer;
+mod written;
+
+use cameras::{cameras, check_layout, convergence, layout, of_frames, targets};
+use drawer::{Drawer, LastPicture, Source};
+use written::{record, write_planes};
+
+/// The groups of options that every command has, for the shared code.
+struct Shared {
+    camera: CameraArgs,
+    sequence: SequenceArgs,
+    inputs: Vec<PathBuf>,
+}
+
+/// References that are read, ready to be warped.
+pub(crate) struct Open {
+    args: Warp3dArgs,
+    ready: Ready,
+}
+
+/// Plan, cameras and references of a warp.
+struct Ready {
+    plan: Plan,
+    cameras: Vec<Camera>,
+    drawer: Drawer,
+    scene: Value,
+    load_ms: f64,
+}
+
+impl Open {
+    /// Checks the arguments, reads the references, places the cameras and prepares the warp.
+    pub(crate) fn read(args: Warp3dArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
+        let ready = Ready::new(&args, purpose, verbosity)?;
+        Ok(Self { args, ready })
+    }
+
+    /// One camera per picture.
+    pub(crate) fn cameras(&self) -> &[Camera] {
+        &self.ready.cameras
+    }
+
+    /// Whether a part of a picture can be drawn without the rest.
+    pub(crate) fn has_parts(&self) -> bool {
+        // What fills a hole may come from anywhere on its rim.
+        self.ready.drawer.layout == Layout::Single && self.args.render.options.fill == Fill::None
+    }
+
+    /// Draws the picture of one camera, without a warning.
+    pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
+        self.ready.drawer.draw_silently(camera)
+    }
+
+    /// Takes the pictures with depth of picture `number`.
+    pub(crate) fn turn_to(&mut self, number: usize) -> Result<()> {
+        self.ready.drawer.turn_to(number)
+    }
+
+    /// What lies behind every picture.
+    pub(crate) fn background(&self) -> &Background {
+        &self.ready.plan.finish.background
+    }
+
+    /// Draws with these options from now on.
+    pub(crate) fn set(&mut self, render: &Given<WarpArgs>) -> Result<()> {
+        self.ready
+            .drawer
+            .warper
+            .change(&render.options.options()?)?;
+        self.args.render = render.clone();
+        Ok(())
+    }
+
+    /// Draws and writes all pictures, and reports.
+    pub(crate) fn finish(self, planned: Option<Value>, log: RunLog) -> Result<()> {
+        let Self { args, ready } = self;
+        let Ready {
+            plan,
+            cameras,
+            mut drawer,
+            scene,
+            load_ms,
+        } = ready;
+        let frames = drawer.source.as_ref().map(|source| &source.frames);
+        let shared = shared(&args, frames);
+        let request = request(&args, &shared);
+        let stats = RunStats {
+            version: env!("CARGO_PKG_VERSION"),
+            scene,
+            threads: rayon::current_num_threads(),
+            settings: record(
+                &args,
+                &args.render.options.options()?,
+                &request,
+                plan.finish.format,
+                drawer.convergence,
+            ),
+            planned,
+            load_ms,
+            peak_bytes: None,
+            frames: Vec::new(),
+        };
+        drawer.last = if has_planes(&args) {
+            LastPicture::Kept(None)
+        } else {
+            LastPicture::NotKept
+        };
+        plan.draw(&request, &cameras, Run { stats, log }, &mut |shot| {
+            drawer.draw(shot.camera, shot.number)
+        })?;
+        match drawer.last {
+            LastPicture::Kept(Some(image)) => write_planes(&args, &image),
+            LastPicture::Kept(None) | LastPicture::NotKept => Ok(()),
+        }
+    }
+}
+
+impl Ready {
+    fn new(args: &Warp3dArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
+        check_words(args)?;
+        let mut frames = match args.source.held() {
+            None => Frames::find(args)?,
+            Some(_) => None,
+        };
+        let shared = shared(args, frames.as_ref());
+        let request = request(args, &shared);
+        // How many pictures there will be is known when the cameras are read; a name that cannot be is refused now.
+        Plan::without_cameras(&request, Pictures::One)?;
+        let options = args.render.options.options()?;
+        let (start, mut notes) = (Instant::now(), Notes::default());
+        let first = match &mut frames {
+            Some(frames) => {
+                check_frames(args, purpose)?;
+                frames.find_range(args, verbosity.progress())?;
+                frames.words(args, 0)
+            }
+            None => args.clone(),
+        };
+        // How large the new picture is, cameras say later.
+        let guess = args
+            .cameras
+            .size
+            .map_or([1, 1], |size| [size.width, size.height]);
+        let mut keeping = keeping(&first, &options, guess, purpose)?;
+        let mut scene = scene::read(&first, keeping, &mut notes)?;
+        let layout = layout(args, scene.nearest);
+        let mut targets = targets(&first, &scene)?;
+        let convergence = convergence(args, &scene, &targets[0])?;
+        if let Some(frames) = &frames {
+            targets = of_frames(args, frames, targets[0], scene.nearest)?;
+        }
+        let cameras = cameras(args, &layout, &targets, convergence)?;
+        let plan = plan(args, &request, cameras.len() > 1 || frames.is_some())?;
+        let cameras = plan.checked(cameras)?;
+        let largest = cameras
+            .iter()
+            .map(|camera| [camera.width, camera.height])
+            .max_by_key(|&[w, h]| w * h);
+        if keeping == Keeping::Memory {
+            keeping = self::keeping(&first, &options, largest.unwrap_or(guess), purpose)?;
+            if keeping != Keeping::Memory {
+                drop(scene);
+                scene = scene::read(&first, keeping, &mut notes)?;
+            }
+        }
+        let load_ms = report::ms_since(start);
+        let account =
+            json!({ "references": scene.references.len(), "samples": scene.references.known() });
+        let warper = AnyWarper::new(scene.references, &options)?;
+        let drawer = Drawer {
+            warper,
+            source: frames.map(|frames| Source {
+                frames,
+                args: args.clone(),
+                keeping,
+                current: 0,
+            }),
+            layout,
+            convergence,
+            notes,
+            last: LastPicture::NotKept,
+        };
+        Ok(Self {
+            plan,
+            cameras,
+            drawer,
+            scene: account,
+            load_ms,
+        })
+    }
+}
+
+/// The plan of one picture or several.
+fn plan(args: &Warp3dArgs, request: &Request, is_several: bool) -> Result<Plan> {
+    if is_several && has_planes(args) {
+        bail!(
+            "--filled and --confidence write one file: for several pictures use .exr, which holds both for each"
+        );
+    }
+    let pictures = if is_several {
+        Pictures::Several
+    } else {
+        Pictures::One
+    };
+    Plan::without_cameras(request, pictures)
+}
+
+/// Refuses what does not go with several pictures with depth.
+fn check_frames(args: &Warp3dArgs, purpose: Purpose) -> Result<()> {
+    let sequence = &args.sequence;
+    let given = [
+        ("--sway", sequence.sway.is_some()),
+        ("--path", sequence.path.is_some()),
+        ("--reference", !args.cameras.reference.is_empty()),
+        (
+            "--max-error and --max-time",
+            args.ask.max_error.is_some() || args.ask.max_time_ms.is_some(),
+        ),
+        ("comparing settings", purpose != Purpose::Draw),
+    ];
+    match given.iter().find(|(_, is_given)| *is_given) {
+        Some((what, _)) => bail!("{}: {what} is for a single picture: name one", args.colour),
+        None => Ok(()),
+    }
+}
+
+/// Whether the filled part or the confidence of the picture is written.
+fn has_planes(args: &Warp3dArgs) -> bool {
+    args.filled.is_some() || args.confidence.is_some()
+}
+
+/// Where the references are kept when a picture of this size is drawn within `--max-memory`.
+fn keeping(
+    args: &Warp3dArgs,
+    options: &WarpOptions,
+    target: [u32; 2],
+    purpose: Purpose,
+) -> Result<Keeping> {
+    let gate = Gate::new(Outside::Refused, args.max_memory);
+    let sizes = scene::sizes(args)?;
+    if gate.given_memory().is_none() {
+        check_unpacked(args, &sizes, &gate)?;
+    }
+    let fits = warp3d::memory::check_memory(&sizes, target, options, gate.max_memory());
+    match (fits.map_err(Error::from), args.max_memory) {
+        (Ok(()), _) => Ok(Keeping::Memory),
+        // A temporary file has to be asked for.
+        (Err(error), None) => Err(error.context("--max-memory keeps the references in a file")),
+        (Err(error), _) if purpose != Purpose::Draw => {
+            Err(error.context("settings are compared and chosen with the references in memory"))
+        }
+        (Err(_), Some(max_memory)) => Ok(Keeping::File(max_memory)),
+    }
+}
+
+/// Refuses small files that unpack to large references.
+fn check_unpacked(args: &Warp3dArgs, sizes: &[ReferenceSize], gate: &Gate) -> Result<()> {
+    if args.source.held().is_some() {
+        return Ok(());
+    }
+    // At least a byte for each of three colours, and one of depth.
+    const PIXEL_BYTES: u64 = 4;
+    let pixels: u64 = sizes
+        .iter()
+        .map(|&ReferenceSize { size: [w, h], .. }| u64::from(w) * u64::from(h))
+        .sum();
+    let held = |path: PathBuf| std::fs::metadata(path).map_or(0, |file| file.len());
+    let packed = scene::files(args).into_iter().map(held).sum();
+    gate.ask_unpacked(pixels.saturating_mul(PIXEL_BYTES), packed, "the references")
+        .map_err(|what| anyhow!("{}: {what}", args.colour))
+}
+
+fn shared(args: &Warp3dArgs, frames: Option<&Frames>) -> Shared {
+    let sequence = &args.sequence;
+    Shared {
+        // The cameras of this command are --from and --to; none of the shared ones is used.
+        camera: CameraArgs {
+            size: args.cameras.size,
+            save_camera: args.cameras.save_camera.clone(),
+            ..CameraArgs::default()
+        },
+        sequence: SequenceArgs {
+            path: sequence.path.clone(),
+            resume: sequence.resume,
+            fps: sequence.fps,
+            part: sequence.part,
+            ..SequenceArgs::default()
+        },
+        inputs: scene::files(args)
+            .into_iter()
+            .chain(frames.into_iter().flat_map(Frames::files))
+            .collect(),
+    }
+}
+
+fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
+    let others = [
+        ("--filled", &args.filled),
+        ("--confidence", &args.confidence),
+    ];
+    Request {
+        output: &args.output,
+        stats: args.stats.as_deref(),
+        camera: &shared.camera,
+        sequence: &shared.sequence,
+        picture: &args.picture,
+        keys: KeyKind::Cameras,
+        vector_level: args.render.options.vector_level,
+        gate: Gate::new(Outside::Refused, args.max_memory),
+        inputs: shared.inputs.iter().map(PathBuf::as_path).collect(),
+        others: others
+            .into_iter()
+            .filter_map(|(name, path)| Some((name, path.as_deref()?)))
+            .collect(),
+    }
+}
+
+/// Refuses what the words alone rule out.
+fn check_words(args: &Warp3dArgs) -> Result<()> {
+    check_layout(args)?;
+    for path in [&args.filled, &args.confidence].into_iter().flatten() {
+        output::format_of(path, None)?;
+    }
+    if args.filled.is_some() && args.filled == args.confidence {
+        bail!("--filled and --confidence have the same name: choose another one");
+    }
+    if args.confidence.is_some() && args.views.anaglyph.is_some() {
+        bail!("--confidence: an anaglyph shows two views at once: leave it out");
+    }
+    if args.meaning.relative_range.is_some() && args.meaning.depth_kind != DepthKind::Relative {
+        bail!("--relative-range is the range of relative depth: give --depth-kind relative too");
+    }
+    let views = &args.views;
+    let is_single = views.stereo.is_none()
+        && views.quilt.is_none()
+        && views.layout.is_none()
+        && args.sequence.sway.is_none();
+    if is_single && args.cameras.to.is_none() && args.sequence.path.is_none() {
+        bail!(
+            "the new camera is missing: give --to CAM or --path, or --stereo, --layout, --quilt or --sway"
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,330 @@
+//! The references of a warp: pictures, depths and cameras read and put together.
+//!
+//! Takes the typed options, gives the views that the warp starts from, the camera of the first and the distance of the
+//! nearest sample.
+
+use std::path::Path;
+
+use anyhow::{Result, anyhow};
+use warp3d::input::cameras::{Distortion, Lens, Pair};
+use warp3d::input::{DepthMeaning, Part, Taken, cameras, colour, depth};
+use warp3d::large::Files;
+use warp3d::memory::ReferenceSize;
+use warp3d::{LargeReference, Reference, SurfaceTolerance, input};
+
+use crate::args::{DepthArgs, Warp3dArgs};
+use crate::cameras::camera_file::{FileCamera, NEAR_FRACTION};
+use crate::cameras::viewpoint;
+use crate::cameras::viewpoint::{Known, TakenWith, Viewpoint};
+use crate::open::depth::references::{Keeping, References};
+use crate::process::notes::Notes;
+use crate::values::IntrinsicsWord;
+use crate::values::source::HeldPicture;
+
+/// The references of a warp and their first camera.
+pub(crate) struct WarpScene {
+    /// The references, the picture of the command line first.
+    pub references: References,
+    /// The camera of the first.
+    pub from: FileCamera,
+    /// Camera z of the nearest sample, world units.
+    pub nearest: f64,
+}
+
+/// One picture as it was typed.
+struct Typed<'a> {
+    colour: &'a str,
+    depth: &'a str,
+    camera: Option<Viewpoint>,
+    /// The picture, where it is no file.
+    held: Option<&'a HeldPicture>,
+}
+
+impl Typed<'_> {
+    /// Size of the picture, px.
+    fn size(&self) -> Result<[u32; 2]> {
+        Ok(match self.held {
+            Some(held) => [held.colour.width as u32, held.colour.height as u32],
+            None => colour::size(&Part::from_text(self.colour))?,
+        })
+    }
+
+    /// The bytes that the picture takes.
+    fn storage(&self) -> Result<ReferenceSize> {
+        if self.held.is_some() {
+            return Ok(ReferenceSize::of_floats(self.size()?));
+        }
+        let colour::Storage {
+            size,
+            channel_bytes,
+            decoder_bytes,
+        } = colour::storage(&Part::from_text(self.colour))?;
+        Ok(ReferenceSize {
+            size,
+            channel_bytes,
+            decoder_bytes,
+        })
+    }
+}
+
+/// Reads all that is named.
+pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping, notes: &mut Notes) -> Result<WarpScene> {
+    let typed = typed(args)?;
+    let described: Vec<Described> = typed
+        .iter()
+        .map(|typed| described(typed, args))
+        .collect::<Result<_>>()?;
+    let both = typed.iter().zip(&described);
+    let mut references = match keeping {
+        Keeping::Memory => {
+            let held: Vec<_> = both
+                .map(|(typed, found)| held(typed, found, notes))
+                .collect::<Result<_>>()?;
+            References::Held(held.into_iter().flatten().collect())
+        }
+        Keeping::File(max_memory) => {
+            let tolerance = args.render.options.tolerance();
+            let filed = both.map(|(typed, found)| filed(typed, found, tolerance, max_memory));
+            References::Filed(filed.collect::<Result<_>>()?, max_memory)
+        }
+    };
+    let nearest = references.nearest();
+    for camera in references.cameras_mut() {
+        // The near plane of a reference cuts nothing: its samples are where they are.
+        camera.near = camera.near.min(NEAR_FRACTION * nearest);
+    }
+    Ok(WarpScene {
+        references,
+        from: described[0].from,
+        nearest,
+    })
+}
+
+/// The camera of the first picture, without reading its pixels.
+pub(crate) fn camera(args: &Warp3dArgs) -> Result<FileCamera> {
+    Ok(described(&first(args), args)?.from)
+}
+
+/// The sizes of all references, from the headers of their pictures alone: a panorama is six.
+pub(crate) fn sizes(args: &Warp3dArgs) -> Result<Vec<ReferenceSize>> {
+    let mut sizes = Vec::new();
+    for typed in typed(args)? {
+        let own = typed.storage()?;
+        if typed.camera == Some(Viewpoint::Equirectangular) {
+            let faces = input::face_sizes(own.size);
+            sizes.extend(faces.into_iter().map(ReferenceSize::of_floats));
+        } else if described(&typed, args)?.distortion.is_some() {
+            // Colours between those of a file may be any numbers.
+            sizes.push(ReferenceSize {
+                channel_bytes: 4,
+                ..own
+            });
+        } else {
+            sizes.push(own);
+        }
+    }
+    Ok(sizes)
+}
+
+/// The files that are read, so that none of them is overwritten.
+pub(crate) fn files(args: &Warp3dArgs) -> Vec<std::path::PathBuf> {
+    let pictures = [&args.colour, &args.depth].into_iter().chain(
+        args.cameras
+            .reference
+            .chunks(3)
+            .flat_map(|words| words.iter().take(2)),
+    );
+    let of_camera =
+        |word: &Option<Viewpoint>| word.as_ref().and_then(Viewpoint::path).map(Path::to_owned);
+    let lens = match &args.cameras.intrinsics {
+        Some(IntrinsicsWord::File(path)) => Some(path.clone()),
+        Some(IntrinsicsWord::Numbers(_)) | None => None,
+    };
+    let cameras = [
+        of_camera(&args.cameras.from),
+        of_camera(&args.cameras.to),
+        lens,
+    ]
+    .into_iter()
+    .flatten();
+    pictures
+        .map(|text| Part::from_text(text).path)
+        .chain(cameras)
+        .collect()
+}
+
+/// The lens that was typed, or that of the file that was named, for pictures of `size`.
+pub(crate) fn lens(args: &Warp3dArgs, size: [u32; 2]) -> Result<Option<Lens>> {
+    match &args.cameras.intrinsics {
+        None => Ok(None),
+        &Some(IntrinsicsWord::Numbers([fx, fy, cx, cy])) => Ok(Some(Lens {
+            fx,
+            fy,
+            cx,
+            cy,
+            pixel_centre: args.cameras.pixel_centre,
+        })),
+        Some(IntrinsicsWord::File(path)) => {
+            let (lens, stated) = cameras::read_lens(path)?;
+            if let Some([width, height]) = stated.filter(|&stated| stated != size) {
+                anyhow::bail!(
+                    "{}: the lens is for a picture of {width}x{height} pixels, the picture has {}x{}: scale its \
+                     numbers, or the picture",
+                    path.display(),
+                    size[0],
+                    size[1]
+                );
+            }
+            Ok(Some(lens))
+        }
+    }
+}
+
+/// The picture, and then those of each `--reference`.
+fn typed(args: &Warp3dArgs) -> Result<Vec<Typed<'_>>> {
+    std::iter::once(Ok(first(args)))
+        .chain(further(args))
+        .collect()
+}
+
+fn first(args: &Warp3dArgs) -> Typed<'_> {
+    Typed {
+        colour: &args.colour,
+        depth: &args.depth,
+        camera: args.cameras.from.clone(),
+        held: args.source.held().and_then(|held| held.0.first()),
+    }
+}
+
+fn further(args: &Warp3dArgs) -> impl Iterator<Item = Result<Typed<'_>>> {
+    let numbered = args.cameras.reference.chunks(3).enumerate();
+    numbered.map(|(number, words)| {
+        let [colour, depth, camera] = words else {
+            anyhow::bail!("--reference needs COLOUR DEPTH CAM")
+        };
+        let camera =
+            viewpoint::parse(camera).map_err(|what| anyhow!("--reference: '{camera}': {what}"))?;
+        Ok(Typed {
+            colour,
+            depth,
+            camera: Some(camera),
+            held: args.source.held().and_then(|held| held.0.get(number + 1)),
+        })
+    })
+}
+
+/// The facts about a picture before its pixels are read.
+struct Described {
+    colour: Part,
+    depth: Part,
+    from: FileCamera,
+    distortion: Option<Distortion>,
+    meaning: DepthMeaning,
+}
+
+fn described(typed: &Typed, args: &Warp3dArgs) -> Result<Described> {
+    let colour = Part::from_text(typed.colour);
+    let size = typed.size()?;
+    let lens = lens(args, size)?;
+    let known = Known {
+        picture: size,
+        size: None,
+        lens,
+    };
+    let with: TakenWith = match (&typed.camera, &lens) {
+        (Some(camera), _) => viewpoint::only_one(camera, &known)?,
+        (None, Some(lens)) => viewpoint::at_origin(lens, size)?.into(),
+        (None, None) => anyhow::bail!(
+            "{}: its camera is missing: give --from CAM (a file, or fov:DEGREES), or --intrinsics",
+            typed.colour
+        ),
+    };
+    Ok(Described {
+        colour,
+        depth: Part::from_text(typed.depth),
+        from: with.camera,
+        distortion: with.distortion,
+        meaning: meaning(&args.meaning, with.pair.as_ref()),
+    })
+}
+
+/// Reads a picture into memory: one reference, or the faces of a panorama.
+fn held(typed: &Typed, found: &Described, notes: &mut Notes) -> Result<Vec<Reference>> {
+    let (picture, stored) = match typed.held {
+        Some(held) => (held.colour.clone(), held.depth.clone()),
+        None => (colour::read(&found.colour)?, depth::read(&found.depth)?),
+    };
+    let meaning = found.meaning.with_range_of(&stored);
+    if typed.camera == Some(Viewpoint::Equirectangular) {
+        let faces = input::panorama(&picture, &stored, &meaning, &found.depth.path);
+        return faces.map_err(|error| naming(typed, &found.depth, error));
+    }
+    let taken = Taken {
+        camera: found.from.with_any_near(),
+        distortion: found.distortion,
+    };
+    let reference = input::reference(picture, &stored, taken, &meaning, &found.depth.path);
+    let reference = reference.map_err(|error| naming(typed, &found.depth, error))?;
+    let width = reference.camera.width as usize;
+    let note = meaning.note(stored.stored, &reference.depth, width);
+    if let Some(note) = note {
+        notes.say_of(typed.depth, note);
+    }
+    Ok(vec![reference])
+}
+
+/// Reads a reference into a temporary file.
+fn filed(
+    typed: &Typed,
+    found: &Described,
+    tolerance: SurfaceTolerance,
+    max_memory: u64,
+) -> Result<LargeReference> {
+    if typed.held.is_some() {
+        anyhow::bail!(
+            "{}: pictures of memory are warped in memory: allow more --max-memory",
+            typed.colour
+        );
+    }
+    if found.distortion.is_some() || typed.camera == Some(Viewpoint::Equirectangular) {
+        anyhow::bail!(
+            "{}: a lens with distortion and a panorama are resampled in memory: allow more --max-memory",
+            typed.colour
+        );
+    }
+    let camera = found.from.with_any_near();
+    let files = Files {
+        colour: &found.colour,
+        depth: &found.depth,
+        camera: &camera,
+        meaning: &found.meaning,
+    };
+    LargeReference::read(&files, tolerance, max_memory)
+        .map_err(|error| naming(typed, &found.depth, error))
+}
+
+/// An error about a picture and its depth: it names the depth if that is at fault, else the picture.
+fn naming(typed: &Typed, depth: &Part, error: warp3d::Error) -> anyhow::Error {
+    let names_depth = error
+        .to_string()
+        .starts_with(&depth.path.display().to_string());
+    let error = anyhow::Error::from(error);
+    if names_depth {
+        error
+    } else {
+        error.context(typed.colour.to_owned())
+    }
+}
+
+/// The meaning of a depth file's numbers.
+pub(crate) fn meaning(args: &DepthArgs, pair: Option<&Pair>) -> DepthMeaning {
+    DepthMeaning {
+        kind: args.depth_kind,
+        scale: args.depth_scale,
+        invalid: args.invalid,
+        baseline: args.baseline.or(pair.map(|pair| pair.baseline)),
+        doffs: args.doffs.or(pair.map(|pair| pair.doffs)).unwrap_or(0.0),
+        near_far: args.near.zip(args.far).map(|(near, far)| [near, far]),
+        range: args.relative_range,
+    }
+}

@@ -1,0 +1,358 @@
+//! `resample texmap`: a mesh file to one picture or several.
+//!
+//! The steps are those of [`Open`]: everything that can be refused without reading the mesh is checked first, and nothing
+//! is written before all input has proved to be good.
+
+pub(crate) mod scene_camera;
+pub(crate) mod settings;
+
+use std::time::Instant;
+
+use anyhow::{Context, Result};
+use glam::{DVec3, Vec3};
+use resample_core::Camera;
+use resample_io::Gate;
+use serde_json::{Value, json};
+use texmap::scene::Mesh;
+use texmap::{FrameStats, Loaded, PlaneKind, RenderOptions, Renderer, Scene, Textures};
+
+use crate::args::{Given, TexmapArgs};
+use crate::cameras::camera_path::KeyKind;
+use crate::cameras::framing::fit::seen_points;
+use crate::cameras::framing::{Extent, Stance};
+use crate::cameras::picked_point;
+use crate::picture::Drawn;
+use crate::picture::background::Background;
+use crate::picture::bands::Window;
+use crate::plan::{Change, Plan, Request, Run, RunLog};
+use crate::process::report;
+use crate::process::report::{Account, RunStats, Verbosity};
+
+/// A mesh that is read, ready to be drawn.
+pub(crate) struct Open {
+    args: TexmapArgs,
+    plan: Plan,
+    scene: Scene,
+    notes: Vec<String>,
+    renderer: Renderer,
+    cameras: Vec<Camera>,
+    load_ms: f64,
+    prepare_ms: f64,
+    /// The picture whose pose the renderer has, where that is known.
+    posed: Option<usize>,
+}
+
+impl Open {
+    /// Checks the arguments, reads the mesh, and prepares it.
+    pub(crate) fn read(args: TexmapArgs, verbosity: Verbosity) -> Result<Self> {
+        let start = Instant::now();
+        let plan = Plan::new(&request(&args))?;
+        let options = settings::render_options(&args.render.options, plan.finish.format)?;
+        let Loaded { scene, notes } = loaded(&args, 0, plan.gate())?;
+        let load_ms = report::ms_since(start);
+        if verbosity != Verbosity::Quiet {
+            notes
+                .iter()
+                .for_each(|note| report::say(&format!("note: {note}")));
+        }
+        let begun = Instant::now();
+        let renderer = prepared(&scene, &args, &options)
+            .with_context(|| format!("{}: cannot be drawn", args.input.path.display()))?;
+        let prepare_ms = report::ms_since(begun);
+        let cameras = cameras(&args, &plan, &scene, &renderer)?;
+        Ok(Self {
+            args,
+            plan,
+            scene,
+            notes,
+            renderer,
+            cameras,
+            load_ms,
+            prepare_ms,
+            posed: Some(0),
+        })
+    }
+
+    /// One camera per picture.
+    pub(crate) fn cameras(&self) -> &[Camera] {
+        &self.cameras
+    }
+
+    /// Two corners of a box in the world around all triangles.
+    pub(crate) fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
+        self.renderer.bounds_in_world()
+    }
+
+    /// Takes new options; the files are not read again.
+    pub(crate) fn change(&mut self, args: TexmapArgs, change: Change) -> Result<()> {
+        let plan = Plan::new(&request(&args))?;
+        self.plan = plan;
+        if change == Change::View {
+            self.args = args;
+        } else {
+            self.restyle(args)?;
+            // The renderer may be a new one, in the pose of the file.
+            self.posed = None;
+        }
+        self.cameras = cameras(&self.args, &self.plan, &self.scene, &self.renderer)?;
+        Ok(())
+    }
+
+    /// Draws the picture of one camera.
+    pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
+        drawn(&mut self.renderer, camera, &Window::whole(camera))
+    }
+
+    /// Draws a window of a picture.
+    pub(crate) fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
+        drawn(&mut self.renderer, camera, window)
+    }
+
+    /// Takes the pose of picture `number`.
+    pub(crate) fn turn_to(&mut self, number: usize) -> Result<()> {
+        if self.args.model.play && self.posed != Some(number) {
+            let options =
+                settings::render_options(&self.args.render.options, self.plan.finish.format)?;
+            self.renderer = posed(&self.args, &options, number, self.plan.gate())?;
+            self.posed = Some(number);
+        }
+        Ok(())
+    }
+
+    /// What lies behind every picture.
+    pub(crate) fn background(&self) -> &Background {
+        &self.plan.finish.background
+    }
+
+    /// Draws with these options from now on.
+    pub(crate) fn set(&mut self, render: &Given<RenderOptions>) -> Result<()> {
+        let options = settings::render_options(&render.options, self.plan.finish.format)?;
+        self.args.render = render.clone();
+        if !self.renderer.adopt(&options)? {
+            self.renderer = prepared(&self.scene, &self.args, &options)?;
+        }
+        Ok(())
+    }
+
+    /// Takes the textures and the render options of `args`; the file is read again only where its pictures were left out.
+    pub(crate) fn restyle(&mut self, args: TexmapArgs) -> Result<()> {
+        let render = args.render.clone();
+        let before = self.args.model.textures;
+        self.args = args;
+        if before == self.args.model.textures {
+            return self.set(&render);
+        }
+        if before == Textures::LeftOut {
+            // What could not be read was left out with the rest; now it is missed.
+            self.scene = loaded(&self.args, 0, self.plan.gate())?.scene;
+        }
+        let options = settings::render_options(&render.options, self.plan.finish.format)?;
+        self.renderer = prepared(&self.scene, &self.args, &options)?;
+        Ok(())
+    }
+
+    /// The point of the surface that a camera with one pixel sees, world units.
+    pub(crate) fn probe(&mut self, pixel: &Camera) -> Result<Option<DVec3>> {
+        let options = settings::render_options(&self.args.render.options, self.plan.finish.format)?;
+        self.renderer.adopt(&RenderOptions {
+            planes: vec![PlaneKind::Depth],
+            ..options.clone()
+        })?;
+        let frame = self.renderer.render(pixel);
+        self.renderer.adopt(&options)?;
+        Ok(picked_point::in_world(pixel, &frame?.image))
+    }
+
+    /// Draws and writes all pictures, and reports.
+    pub(crate) fn finish(self, planned: Option<Value>, log: RunLog) -> Result<()> {
+        let Self {
+            args,
+            plan,
+            scene,
+            notes,
+            mut renderer,
+            cameras,
+            load_ms,
+            prepare_ms,
+            ..
+        } = self;
+        let request = request(&args);
+        let options = settings::render_options(&args.render.options, plan.finish.format)?;
+        let stats = RunStats {
+            version: env!("CARGO_PKG_VERSION"),
+            scene: scene_record(&scene, &notes, prepare_ms),
+            threads: rayon::current_num_threads(),
+            settings: settings::record(
+                &args,
+                &request,
+                &options,
+                plan.finish.format,
+                stance(&args),
+            ),
+            planned,
+            load_ms,
+            peak_bytes: None,
+            frames: Vec::new(),
+        };
+        // The renderer has its own copy of what it draws.
+        drop(scene);
+        if log.verbosity == Verbosity::Verbose {
+            report::say(&format!("load {load_ms:.1} ms, prepare {prepare_ms:.1} ms"));
+        }
+        plan.draw(&request, &cameras, Run { stats, log }, &mut |shot| {
+            // The first picture is prepared already.
+            if args.model.play && shot.number > 0 {
+                renderer = posed(&args, &options, shot.number, plan.gate())?;
+            }
+            drawn(&mut renderer, shot.camera, &shot.window)
+        })
+    }
+}
+
+/// A renderer of the scene with the textures that were asked for.
+fn prepared(scene: &Scene, args: &TexmapArgs, options: &RenderOptions) -> Result<Renderer> {
+    let textures = args.model.textures;
+    Ok(match textures {
+        Textures::Shown => Renderer::new(scene, options)?,
+        Textures::LeftOut | Textures::Grid => {
+            Renderer::new(&textures.applied_to(scene.clone()), options)?
+        }
+    })
+}
+
+/// The scene as picture `number` of a played animation shows it.
+fn posed(
+    args: &TexmapArgs,
+    options: &RenderOptions,
+    number: usize,
+    gate: &Gate,
+) -> Result<Renderer> {
+    let Loaded { scene, .. } = loaded(args, number, gate)?;
+    prepared(&scene, args, options)
+}
+
+/// The scene as picture `number` shows it.
+fn loaded(args: &TexmapArgs, number: usize, gate: &Gate) -> Result<Loaded> {
+    if let Some(held) = args.source.held() {
+        return Ok(held.clone());
+    }
+    let load = settings::load_options(args, number, gate);
+    Ok(texmap::load(&args.input.path, &load)?)
+}
+
+fn stance(args: &TexmapArgs) -> Stance {
+    Stance::upright(args.camera.up.map_or(DVec3::Y, |axis| axis.direction))
+}
+
+fn cameras(
+    args: &TexmapArgs,
+    plan: &Plan,
+    scene: &Scene,
+    renderer: &Renderer,
+) -> Result<Vec<Camera>> {
+    // A scene that was loaded has triangles.
+    let bounds = renderer.bounds_in_world().unwrap_or_default();
+    match &args.model.camera_name {
+        None => {
+            let extent = Extent::of_points(bounds, corners(scene));
+            let mut measure = |camera: &Camera| Ok(seen_points(camera, corners(scene)));
+            plan.cameras(&request(args), (&extent, stance(args)), &mut measure)
+        }
+        Some(name) => {
+            let camera = scene_camera::named(&scene.cameras, name, args.camera.size, bounds);
+            plan.checked(vec![
+                camera.with_context(|| args.input.path.display().to_string())?,
+            ])
+        }
+    }
+}
+
+/// The corners of all triangles; one that several share comes several times.
+fn corners(scene: &Scene) -> impl Iterator<Item = DVec3> {
+    let of_mesh = |mesh: &Mesh, corner: u32| {
+        scene.origin_in_world + Vec3::from_array(mesh.positions[corner as usize]).as_dvec3()
+    };
+    let meshes = scene.meshes.iter();
+    meshes.flat_map(move |mesh| {
+        mesh.triangles
+            .iter()
+            .flatten()
+            .map(move |&corner| of_mesh(mesh, corner))
+    })
+}
+
+fn request(args: &TexmapArgs) -> Request<'_> {
+    let texture = args.model.texture.as_deref();
+    let environment = args.model.environment.as_deref();
+    Request {
+        output: &args.output,
+        stats: args.stats.as_deref(),
+        camera: &args.camera,
+        sequence: &args.sequence,
+        picture: &args.picture,
+        keys: KeyKind::Cameras,
+        vector_level: args.render.options.simd,
+        gate: args.model.reading.gate(),
+        inputs: [Some(args.input.path.as_path()), texture, environment]
+            .into_iter()
+            .flatten()
+            .collect(),
+        others: Vec::new(),
+    }
+}
+
+fn drawn(renderer: &mut Renderer, camera: &Camera, window: &Window) -> Result<Drawn> {
+    let frame = renderer.render_window(camera, window.first(), window.size())?;
+    let account = Account {
+        keys: serde_json::to_value(&frame.stats)?,
+        line: stage_line(&frame.stats),
+    };
+    Ok(Drawn {
+        image: frame.image,
+        account,
+    })
+}
+
+fn scene_record(scene: &Scene, notes: &[String], prepare_ms: f64) -> Value {
+    let texels: usize = scene
+        .textures
+        .iter()
+        .map(|texture| texture.width * texture.height)
+        .sum();
+    json!({
+        "meshes": scene.meshes.len(),
+        "triangles": scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum::<usize>(),
+        "vertices": scene.meshes.iter().map(|mesh| mesh.positions.len()).sum::<usize>(),
+        "textures": scene.textures.len(),
+        "texels": texels,
+        "notes": notes,
+        "prepare_ms": prepare_ms,
+    })
+}
+
+/// The times of a frame's stages and its counts, one line.
+fn stage_line(stats: &FrameStats) -> String {
+    let stages = &stats.stages;
+    let named = [
+        ("cull", stages.cull),
+        ("bin", stages.bin),
+        ("visibility", stages.visibility),
+        ("accumulate", stages.accumulate),
+        ("resolve", stages.resolve),
+        ("image", stages.image),
+    ];
+    let times: Vec<_> = named
+        .iter()
+        .map(|(name, time)| format!("{name} {:.1}", time.wall_ms))
+        .collect();
+    format!(
+        "{:.1} ms wall, {:.1} ms CPU ({} ms); {} of {} triangles, {} points, {} splats",
+        stats.wall_ms,
+        stats.cpu_ms,
+        times.join(", "),
+        stats.drawn,
+        stats.triangles,
+        stats.points,
+        stats.splats
+    )
+}

@@ -1,0 +1,264 @@
+//! What is drawn: volumes in memory, or one that stays in its file because it is larger than the memory that was allowed.
+//!
+//! Takes what was typed, gives what framing and the stats file ask of the first volume, and a renderer.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use glam::DVec3;
+use resample_core::Camera;
+use resample_io::Gate;
+use volsplat::input::{Format, format_of, peek};
+use volsplat::large::most_brick_bytes;
+use volsplat::{
+    Described, LabelLook, LargeVolume, LoadOptions, RenderOptions, Renderer, TransferFunction,
+    Volume,
+};
+
+use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
+use crate::cameras::{framing, picked_point};
+use crate::look::suggested::Suggested;
+use crate::look::transfer;
+use crate::open::volume::file::load_options;
+use crate::open::volume::scene;
+use crate::open::volume::scene::Volumes;
+use crate::process::progress::{Progress, watch};
+
+/// What is drawn.
+pub(crate) enum Content {
+    /// Volumes in memory.
+    Memory(Volumes),
+    /// A volume in its file, and how it looks.
+    Stored(Box<LargeVolume>, TransferFunction, Suggested),
+}
+
+/// What a renderer keeps of a volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Keeping {
+    /// What its transfer function shows.
+    Shown,
+    /// All of it, so that any other look is quick.
+    Whole,
+}
+
+/// Most memory that a renderer takes for a voxel that it keeps, bytes: scalars, their bounds and gradients.
+const WHOLE_BYTES: u64 = 37;
+
+fn fits_whole(volume: &Volume, gate: &Gate) -> bool {
+    (volume.len() as u64).saturating_mul(WHOLE_BYTES) <= gate.max_memory()
+}
+
+impl Content {
+    /// Reads the volumes, or looks the only one through.
+    pub(crate) fn load(
+        args: &VolsplatArgs,
+        options: &RenderOptions,
+        gate: &Gate,
+        progress: Progress,
+    ) -> Result<Self> {
+        if args.source.held().is_some() {
+            return Ok(Self::Memory(scene::load(args, gate)?));
+        }
+        let load_options = load_options(&args.volume, &args.input, gate)?;
+        match look_through(&args.input.path, &load_options, options, progress)? {
+            None => Ok(Self::Memory(scene::load(args, gate)?)),
+            Some(_) if !is_single(&args.scene) => bail!(
+                "{}: masks, labels and further channels need all voxels in memory: allow more with --max-memory, leave them out, \
+                 or draw a coarser level or a smaller volume",
+                args.input.path.display()
+            ),
+            Some(volume) => {
+                let (function, suggested) = transfer::function(args, volume.as_ref())?;
+                Ok(Self::Stored(volume, function, suggested))
+            }
+        }
+    }
+
+    /// The first volume, which gives the picture its grid.
+    pub(crate) fn first(&self) -> &dyn Described {
+        match self {
+            Self::Memory(volumes) => volumes.first(),
+            Self::Stored(volume, ..) => volume.as_ref(),
+        }
+    }
+
+    /// The voxel of the first volume that is nearest to a place in the world, and its value; `None` outside of the grid, and
+    /// of a volume in its file.
+    pub(crate) fn nearest(&self, pos_in_world: DVec3) -> Option<([usize; 3], f64)> {
+        let Self::Memory(volumes) = self else {
+            return None;
+        };
+        let volume = volumes.first();
+        let index = volume
+            .world_from_index
+            .inverse()
+            .transform_point3(pos_in_world)
+            .round();
+        let last = DVec3::from_array(volume.dims.map(|count| count as f64 - 1.0));
+        if !(index.cmpge(DVec3::ZERO).all() && index.cmple(last).all()) {
+            return None;
+        }
+        let voxel = index.to_array().map(|place| place as usize);
+        let place = voxel[0] + volume.dims[0] * (voxel[1] + volume.dims[1] * voxel[2]);
+        Some((voxel, volume.value(place)))
+    }
+
+    /// The first voxel on the ray of a camera with one pixel that hides half of what lies behind it, with those before it;
+    /// or the most opaque one. A slow walk among nearest voxels, for one ray at a time.
+    pub(crate) fn first_voxel(&self, pixel: &Camera) -> Option<DVec3> {
+        let Self::Memory(volumes) = self else {
+            return None;
+        };
+        let lattice = volumes.first().lattice();
+        let [low, high] = framing::volume::grid_bounds(volumes.first());
+        let near = picked_point::world_at(pixel, pixel.near);
+        let direction = (picked_point::world_at(pixel, 2.0 * pixel.near) - near).normalize();
+        let middle = (0.5 * (low + high) - near).dot(direction);
+        let reach = 0.5 * (high - low).length();
+        // Half a voxel a step: no voxel along the ray is missed by more than its corner.
+        let step = 0.5 * lattice.spacing().into_iter().fold(f64::INFINITY, f64::min);
+        let steps = (2.0 * reach / step).ceil() as usize;
+        let (mut transmittance, mut most) = (1.0, (0.0, None));
+        for number in 0..steps {
+            let at = near + direction * (middle - reach + number as f64 * step).max(0.0);
+            let Some((voxel, _)) = self.nearest(at) else {
+                continue;
+            };
+            let opacity = volumes.opacity_at(voxel);
+            if opacity > most.0 {
+                most = (opacity, Some(at));
+            }
+            transmittance *= 1.0 - opacity;
+            if transmittance < 0.5 {
+                return Some(at);
+            }
+        }
+        most.1
+    }
+
+    /// The transfer function of the first volume; `None` where it holds labels.
+    pub(crate) fn function(&self) -> Option<&TransferFunction> {
+        match self {
+            Self::Memory(volumes) => volumes.function(),
+            Self::Stored(_, own, _) => Some(own),
+        }
+    }
+
+    /// The light and the blending that go with the look, where nobody typed others.
+    pub(crate) fn suggested(&self) -> Suggested {
+        match self {
+            Self::Memory(volumes) => volumes.suggested,
+            Self::Stored(.., suggested) => *suggested,
+        }
+    }
+
+    /// The labels of the first volume that holds labels, with their looks, the most frequent first.
+    pub(crate) fn labels(&self) -> Vec<(i64, LabelLook)> {
+        match self {
+            Self::Memory(volumes) => volumes.labels(),
+            Self::Stored(..) => Vec::new(),
+        }
+    }
+
+    /// Takes another transfer function for the first volume, for renderers that are made from now on.
+    pub(crate) fn set_function(&mut self, function: TransferFunction) {
+        match self {
+            Self::Memory(volumes) => volumes.set_function(function),
+            Self::Stored(_, own, _) => *own = function,
+        }
+    }
+
+    /// Takes the looks that the arguments name, for renderers that are made or changed from now on.
+    pub(crate) fn relook(&mut self, args: &VolsplatArgs) -> Result<()> {
+        match self {
+            Self::Memory(volumes) => volumes.relook(args)?,
+            Self::Stored(volume, own, suggested) => {
+                (*own, *suggested) = transfer::function(args, volume.as_ref())?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Draws the first transfer function over its volume's histogram, where that was asked for.
+    pub(crate) fn show_transfer(&self, args: &TransferArgs) -> Result<()> {
+        match self {
+            Self::Memory(volumes) => volumes.show_transfer(args),
+            Self::Stored(volume, function, _) => transfer::show(args, function, volume.as_ref()),
+        }
+    }
+
+    /// How much a renderer may keep whose looks will change.
+    pub(crate) fn keeping(&self, gate: &Gate) -> Keeping {
+        match self {
+            Self::Memory(volumes) if fits_whole(volumes.first(), gate) => Keeping::Whole,
+            Self::Memory(_) | Self::Stored(..) => Keeping::Shown,
+        }
+    }
+
+    /// Has a renderer draw what this holds now.
+    pub(crate) fn change(
+        &self,
+        renderer: &mut Renderer,
+        options: &RenderOptions,
+        keeping: Keeping,
+    ) -> Result<(), volsplat::Error> {
+        match self {
+            Self::Memory(volumes) if keeping == Keeping::Whole => {
+                renderer.change(&volumes.scene(), options)
+            }
+            Self::Memory(_) | Self::Stored(..) => {
+                *renderer = self.renderer(options, keeping, Progress::Hidden)?;
+                Ok(())
+            }
+        }
+    }
+
+    /// A renderer.
+    pub(crate) fn renderer(
+        &self,
+        options: &RenderOptions,
+        keeping: Keeping,
+        progress: Progress,
+    ) -> Result<Renderer, volsplat::Error> {
+        match self {
+            Self::Memory(volumes) if keeping == Keeping::Whole => {
+                Renderer::for_changes(&volumes.scene(), options)
+            }
+            Self::Memory(volumes) => Renderer::with_scene(&volumes.scene(), options),
+            Self::Stored(volume, function, _) => Renderer::from_file(
+                volume,
+                function,
+                options,
+                &mut watch("finding what is visible", progress),
+            ),
+        }
+    }
+}
+
+/// Looks a volume through that does not fit the memory as a whole; `None` where it fits, or has to be read as a whole.
+pub(crate) fn look_through(
+    path: &Path,
+    load_options: &LoadOptions,
+    options: &RenderOptions,
+    progress: Progress,
+) -> Result<Option<Box<LargeVolume>>> {
+    let gate = &load_options.gate;
+    // To unpack an array into a temporary file takes a disk's room, which has to be asked for.
+    if gate.given_memory().is_none() && format_of(path)? == Some(Format::Zarr) {
+        return Ok(None);
+    }
+    let max_memory = gate.max_memory();
+    let Some((lattice, voxel_type)) = peek(path, load_options)? else {
+        return Ok(None);
+    };
+    let voxels = (lattice.len() as u64).saturating_mul(voxel_type.bytes() as u64);
+    if voxels.saturating_add(most_brick_bytes(&lattice, options)) <= max_memory {
+        return Ok(None);
+    }
+    let mut watch = watch("looking through the volume", progress);
+    Ok(LargeVolume::open(path, load_options, max_memory, &mut watch)?.map(Box::new))
+}
+
+fn is_single(args: &SceneArgs) -> bool {
+    args.mask.is_none() && !args.labels && args.channel.is_empty() && args.also.is_empty()
+}

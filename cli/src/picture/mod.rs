@@ -1,0 +1,103 @@
+//! One picture: rendered, laid over its background, written.
+//!
+//! Takes any renderer as a closure, a camera and a file name, gives what the stats file says about the picture.
+
+pub mod background;
+pub mod bands;
+pub(crate) mod tiles;
+pub(crate) mod input_picture;
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use resample_core::{Camera, Image};
+
+use crate::output;
+use crate::output::Format;
+use crate::picture::background::Background;
+use crate::picture::bands::Window;
+use crate::process::report::{Account, WrittenFrame};
+
+/// How every picture of a run is finished.
+#[derive(Clone, Debug)]
+pub struct Finish {
+    /// File format.
+    pub format: Format,
+    /// What lies behind.
+    pub background: Background,
+}
+
+/// Most pixels of a picture: 16384 x 16384. The picture alone then takes 4 GiB; a camera file must not be able to
+/// ask for all memory by its width and height.
+pub const MAX_PIXELS: u64 = 1 << 28;
+
+/// Checks that a picture of this size can be held.
+pub fn check_size(camera: &Camera) -> Result<()> {
+    let (width, height) = (camera.width, camera.height);
+    if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        bail!(
+            "a picture of {width}x{height} has more than {MAX_PIXELS} pixels: choose a smaller size"
+        );
+    }
+    Ok(())
+}
+
+/// What is drawn of a sequence: the picture that a camera sees, or a window of it.
+#[derive(Clone, Debug)]
+pub struct Shot<'a> {
+    /// The camera of the whole picture.
+    pub camera: &'a Camera,
+    /// The picture's number, from 0 on.
+    pub number: usize,
+    /// The pixels that are drawn.
+    pub window: Window,
+}
+
+/// A renderer of a sequence.
+pub type RenderShot<'a> = dyn FnMut(&Shot) -> Result<Drawn> + 'a;
+
+/// A picture in memory, and the counts and times of its drawing.
+pub struct Drawn {
+    /// The picture.
+    pub image: Image,
+    /// Counts and times.
+    pub account: Account,
+}
+
+/// Draws a window of a picture by a camera that is moved to it.
+pub(crate) fn in_window(
+    camera: &Camera,
+    window: &Window,
+    draw: &mut dyn FnMut(&Camera) -> Result<Drawn>,
+) -> Result<Drawn> {
+    let mut account = None;
+    let image = bands::moved(camera, window, &mut |moved| {
+        let drawn = draw(moved)?;
+        account = Some(drawn.account);
+        Ok(drawn.image)
+    })?;
+    let account = account.context("nothing was drawn")?;
+    Ok(Drawn { image, account })
+}
+
+/// Renders and lays the picture over its background.
+pub fn render(render: &mut RenderShot, shot: &Shot, background: &Background) -> Result<Drawn> {
+    let Drawn { image, account } = render(shot)?;
+    let whole = [shot.camera.width as usize, shot.camera.height as usize];
+    Ok(Drawn {
+        image: background.behind_window(image, shot.window.first(), whole),
+        account,
+    })
+}
+
+/// Writes `file`, with a mark inside if there is one.
+pub fn write(
+    drawn: Drawn,
+    file: PathBuf,
+    format: Format,
+    mark: Option<&str>,
+) -> Result<WrittenFrame> {
+    let Drawn { image, account } = drawn;
+    let file_bytes = output::write_marked_picture(&file, format, &image, mark)?;
+    Ok(WrittenFrame::of(file, file_bytes, &image, account))
+}

@@ -1,0 +1,268 @@
+//! Pictures one after another, numbered or as one animation.
+//!
+//! Takes any renderer as a closure, and cameras; writes one file for each or one for all, and gives an account of them.
+//! Between two pictures it looks whether Ctrl-C was pressed and then stops; pictures that exist can be kept, so that a
+//! run can be taken up again.
+//! A picture is kept if it can be read, has the format and the size that this run would give it, and carries the
+//! fingerprint of its settings, its camera and the files that it reads.
+
+mod fingerprint;
+mod part;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use indicatif::{ProgressBar, ProgressStyle};
+use resample_core::Camera;
+
+use crate::output::{Film, FilmPlan, Format, FrameNames};
+use crate::picture;
+use crate::picture::bands::{Next, Window};
+use crate::picture::input_picture::{Content, Known};
+use crate::picture::tiles::Kind;
+use crate::picture::{Drawn, Finish, RenderShot, Shot, input_picture};
+use crate::plan::run_log::RunLog;
+use crate::process::interrupt::Interrupted;
+use crate::process::report::{Verbosity, WrittenFrame};
+use crate::process::{interrupt, report};
+
+pub(crate) use fingerprint::Fingerprint;
+pub(crate) use part::Part;
+
+/// Whether the next picture is drawn: nobody has pressed Ctrl-C, and whoever follows the run wants it.
+fn goes_on(log: &RunLog, done: usize, total: usize) -> bool {
+    let wanted = log
+        .follow
+        .is_none_or(|follow| follow(done, total) == Next::Draw);
+    wanted && !interrupt::asked()
+}
+
+/// The pictures of a run and their files.
+pub(crate) struct Sequence<'a> {
+    /// One camera per picture.
+    pub cameras: &'a [Camera],
+    /// One name per picture.
+    pub names: &'a FrameNames,
+    /// How every picture is finished.
+    pub finish: &'a Finish,
+    /// What happens to pictures that exist.
+    pub existing: Existing,
+    /// What of them is drawn.
+    pub part: Part,
+    /// What tells them from pictures of other settings.
+    pub fingerprint: Fingerprint,
+}
+
+/// What happens to pictures that exist.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Existing {
+    /// They are drawn again.
+    Replace,
+    /// They stay as they are.
+    Keep,
+}
+
+/// What became of a sequence.
+pub(crate) struct Outcome {
+    /// The pictures that were drawn, in order.
+    pub frames: Vec<WrittenFrame>,
+    /// How many pictures were there already.
+    pub kept: usize,
+    /// How many there are to be.
+    pub total: usize,
+    /// An error of the kind [`Interrupted`] if Ctrl-C ended it.
+    pub ending: Result<()>,
+}
+
+impl Sequence<'_> {
+    /// The mark in the file of a picture; a single picture and a JPEG carry none.
+    fn mark(&self, camera: &Camera) -> Option<String> {
+        let numbered = matches!(self.names, FrameNames::Numbered { .. });
+        let has_room = self.finish.format != Format::Jpeg;
+        (numbered && has_room).then(|| self.fingerprint.of_picture(camera))
+    }
+
+    /// The mark in the file that is written: of a picture, or of a tile of it.
+    fn mark_in_file(&self, camera: &Camera, number: usize) -> Result<Option<String>> {
+        let number = matches!(self.names, FrameNames::Numbered { .. }).then_some(number);
+        let fingerprint = self.fingerprint.of_picture(camera);
+        let kind = Kind::of(self.finish.format);
+        match self.part.mark((number, fingerprint), camera, kind) {
+            Some(mark) => Ok(Some(serde_json::to_string(&mark)?)),
+            None => Ok(self.mark(camera)),
+        }
+    }
+
+    /// The format and the size of the file that is written.
+    fn shape(&self, camera: &Camera) -> Result<(Content, [usize; 2])> {
+        let content = match self.part.has_tile() {
+            true => Content::Exr,
+            false => Content::of(self.finish.format),
+        };
+        Ok((content, self.part.window(camera)?.size()))
+    }
+}
+
+/// Draws the sequence.
+pub(crate) fn draw(render: &mut RenderShot, sequence: &Sequence, log: &RunLog) -> Result<Outcome> {
+    let verbosity = log.verbosity;
+    let (todo, kept) = todo(sequence)?;
+    let total = sequence.part.numbers.len();
+    // A single picture has no end that is worth waiting for.
+    let _patience = (total > 1).then(interrupt::patience);
+    let bar = progress(todo.len(), verbosity);
+    let mut frames = Vec::with_capacity(todo.len());
+    for (file, (camera, number)) in todo {
+        if !goes_on(log, kept + frames.len(), total) {
+            break;
+        }
+        let shot = Shot {
+            camera,
+            number,
+            window: sequence.part.window(camera)?,
+        };
+        let drawn = picture::render(render, &shot, &sequence.finish.background)?;
+        let mark = sequence.mark_in_file(camera, number)?;
+        let frame = match sequence.part.has_tile() {
+            true => part::write(drawn, file, &shot, mark.as_deref())?,
+            false => picture::write(drawn, file, sequence.finish.format, mark.as_deref())?,
+        };
+        if verbosity == Verbosity::Verbose {
+            bar.suspend(|| report::say(&report::stage_line(&frame)));
+        }
+        frames.push(frame);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let ending = ending(kept + frames.len(), total);
+    Ok(Outcome {
+        frames,
+        kept,
+        total,
+        ending,
+    })
+}
+
+/// Draws the sequence into one animation.
+pub(crate) fn draw_film(
+    render: &mut RenderShot,
+    sequence: &Sequence,
+    plan: &FilmPlan,
+    log: &RunLog,
+) -> Result<Outcome> {
+    let (cameras, file) = (sequence.cameras, &plan.path);
+    let size = cameras
+        .first()
+        .map_or([1; 2], |camera| [camera.width, camera.height]);
+    let _patience = (cameras.len() > 1).then(interrupt::patience);
+    let mut film = Film::begin(plan, size, u32::try_from(cameras.len())?)?;
+    let bar = progress(cameras.len(), log.verbosity);
+    let mut frames = Vec::with_capacity(cameras.len());
+    for (number, camera) in cameras.iter().enumerate() {
+        if !goes_on(log, number, cameras.len()) {
+            bar.finish_and_clear();
+            let state = format!("{} is not written", file.display());
+            return Ok(Outcome {
+                frames: Vec::new(),
+                kept: 0,
+                total: cameras.len(),
+                ending: Err(Interrupted { state }.into()),
+            });
+        }
+        let Drawn { image, account } = picture::render(
+            render,
+            &Shot {
+                camera,
+                number,
+                window: Window::whole(camera),
+            },
+            &sequence.finish.background,
+        )?;
+        film.add(&image)?;
+        let (width, height) = (image.width, image.height);
+        frames.push(WrittenFrame {
+            file: file.clone(),
+            file_bytes: 0,
+            width,
+            height,
+            account,
+        });
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let file_bytes = film.finish()?;
+    frames
+        .iter_mut()
+        .for_each(|frame| frame.file_bytes = file_bytes);
+    Ok(Outcome {
+        frames,
+        kept: 0,
+        total: cameras.len(),
+        ending: Ok(()),
+    })
+}
+
+/// A bar with the time left; it hides itself where stderr is no terminal.
+pub(crate) fn progress(count: usize, verbosity: Verbosity) -> ProgressBar {
+    if count < 2 || verbosity == Verbosity::Quiet {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{wide_bar} {pos} of {len}, {eta} left");
+    ProgressBar::new(count as u64)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// A picture's file, and its camera with its number.
+type Todo<'a> = (PathBuf, (&'a Camera, usize));
+
+/// The pictures to draw, each with its camera and its number, and how many are kept.
+fn todo<'a>(sequence: &Sequence<'a>) -> Result<(Vec<Todo<'a>>, usize)> {
+    let mut todo = Vec::new();
+    let numbers = sequence.part.numbers.clone();
+    let total = numbers.len();
+    for (index, camera) in numbers.clone().zip(&sequence.cameras[numbers]) {
+        let file = sequence.names.frame(index);
+        let may_stay = sequence.existing == Existing::Keep && file.is_file();
+        if !(may_stay && keeps(&file, (camera, index), sequence)?) {
+            todo.push((file, (camera, index)));
+        }
+    }
+    let kept = total - todo.len();
+    Ok((todo, kept))
+}
+
+/// Whether a picture that exists is as this run would write it; says why where it is not.
+fn keeps(file: &Path, (camera, number): (&Camera, usize), sequence: &Sequence) -> Result<bool> {
+    let wrong = match input_picture::known(file) {
+        Err(error) => report::one_line(&error),
+        Ok(found) => {
+            let (content, size) = sequence.shape(camera)?;
+            let expected = Known {
+                content,
+                size,
+                mark: sequence.mark_in_file(camera, number)?,
+            };
+            if found == expected {
+                return Ok(true);
+            }
+            let file = file.display();
+            if (found.content, found.size) == (expected.content, expected.size) {
+                format!(
+                    "{file}: made with other options, by another version or from files that have changed"
+                )
+            } else {
+                format!("{file}: {found}, expected {expected}")
+            }
+        }
+    };
+    report::say(&format!("drawn again: {wrong}"));
+    Ok(false)
+}
+
+fn ending(done: usize, total: usize) -> Result<()> {
+    if done == total {
+        return Ok(());
+    }
+    let state = format!("{done} of {total} pictures are finished; --resume draws the rest");
+    Err(Interrupted { state }.into())
+}
