@@ -19,37 +19,30 @@
 //! # Ok::<(), metrics::MetricsError>(())
 //! ```
 
+// In the order in which data flow.
 pub mod camera;
-pub mod clock;
-pub mod composite;
-pub mod conic;
-pub mod error;
-pub mod footprint;
-pub mod framing;
-pub mod image;
-pub mod index_table;
-pub mod kernel;
-pub mod light;
-pub mod maps;
-pub mod metrics;
-pub mod point;
-pub mod scan;
-pub mod section;
-pub mod select;
-pub mod simd;
-pub mod sort;
-pub mod stop;
-pub mod table;
+pub mod kernels;
 pub mod tile;
-pub mod view;
+pub mod sort;
+pub mod composite;
+pub mod image;
+pub mod light;
+pub mod metrics;
+pub mod simd;
+pub mod clock;
+pub mod stop;
+pub mod error;
 
+pub use camera::framing::Framing;
+pub use camera::view::GridView;
 pub use camera::{Camera, CameraError, Intrinsics, LookAt, PixelCentre, Projection};
+pub use camera::{framing, view};
 pub use composite::OpacityMode;
+pub use composite::maps;
 pub use error::Error;
-pub use footprint::FootprintMode;
-pub use framing::Framing;
 pub use image::{Image, Plane};
-pub use kernel::{Kernel, KernelShape};
-pub use select::SelectMode;
+pub use kernels::footprint::FootprintMode;
+pub use kernels::kernel::{Kernel, KernelShape};
+pub use kernels::select::SelectMode;
+pub use kernels::{conic, footprint, index_table, kernel, point, section, select, table};
 pub use stop::Stop;
-pub use view::GridView;

@@ -9,7 +9,7 @@ use super::files::{Part, fault, first_bytes};
 use super::picture::Picture;
 pub use super::picture::Storage;
 use super::receiver::{HeldPicture, Receiver, Room};
-use super::{exr, raster};
+use crate::formats::{exr, raster};
 use resample_core::Error;
 
 /// Largest value that is kept, the largest of half precision: sums of weighted colours must stay finite, and nothing

@@ -6,7 +6,7 @@
 use super::files::{Part, fault, first_bytes};
 use super::plane::{Plane, Stored};
 use super::receiver::{HeldPlane, Receiver, Room};
-use super::{exr, npy_depth, pfm, raster, tiff, tiff_depth};
+use crate::formats::{exr, npy_depth, pfm, raster, tiff, tiff_depth};
 use resample_core::Error;
 
 /// Reads a depth file. An EXR file may name a channel (`ref.exr#Z`); without one the only candidate is taken.

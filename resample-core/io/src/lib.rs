@@ -19,30 +19,21 @@
 //! # }
 //! ```
 
-pub mod colour;
-pub mod depth;
-pub mod files;
 pub mod gate;
 pub mod memory;
-pub mod npy;
+pub mod refused;
+pub mod files;
+mod rows;
+mod plane;
+mod picture;
 pub mod receiver;
-pub mod tiff;
+mod formats;
+pub mod colour;
+pub mod depth;
 pub mod whole_picture;
 
-pub mod exr;
-mod jpeg;
-mod npy_depth;
-mod pfm;
-mod picture;
-mod plane;
-mod png;
-mod radiance;
-mod raster;
-pub mod refused;
-mod rows;
-mod tiff_depth;
-
 pub use files::{MAX_PIXELS, Part};
+pub use formats::{exr, npy, tiff};
 pub use gate::{Gate, Outside};
 pub use picture::Picture;
 pub use plane::{Plane, Stored};

@@ -12,9 +12,9 @@ use image::{DynamicImage, ImageDecoder, ImageReader};
 use rayon::prelude::*;
 use resample_core::image::linear_from_srgb;
 
-use crate::exr;
+use crate::formats::exr;
+use crate::formats::jpeg;
 use crate::gate::Gate;
-use crate::jpeg;
 
 /// Most bytes of a decoded picture: 16384 x 16384 texels of 8 bits, which is as large as graphics cards take them.
 const MAX_BYTES: u64 = 1 << 30;

@@ -14,7 +14,7 @@ use super::splat::{RowLanes, composite_splat, opacity};
 use super::state::{
     DepthRule, ENTRIES_PER_CHECK, SliceSums, TileCounts, TilePixels, TileSettings, TileWork,
 };
-use crate::maps::TilePlane;
+use crate::composite::maps::TilePlane;
 use crate::sort::{entry_index, entry_key};
 use crate::tile::{POINT_ROWS, Primitive, TILE_PX};
 

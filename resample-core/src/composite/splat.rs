@@ -1,9 +1,9 @@
-//! One splat laid over a tile, or added to the open slice, row by row.
+//! Ellipse scan conversion: one splat laid over a tile, or added to the open slice, row by row.
 
 use fearless_simd::prelude::*;
 
 use super::state::{DepthRule, IndexRule, OpacityMode, SliceSums, TileSettings, TileWork, add};
-use crate::maps::TileMaps;
+use crate::composite::maps::TileMaps;
 use crate::simd::opacity_from_optical_depth;
 use crate::tile::{Primitive, TILE_PX};
 

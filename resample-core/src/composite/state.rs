@@ -2,10 +2,10 @@
 
 use fearless_simd::prelude::*;
 
-use crate::maps::{TileMaps, TilePlane};
-use crate::point::PixelFilter;
+use crate::composite::maps::{TileMaps, TilePlane};
+use crate::kernels::point::PixelFilter;
+use crate::kernels::table::FootprintProfile;
 use crate::simd::Vectors;
-use crate::table::FootprintProfile;
 use crate::tile::TILE_PX;
 
 /// How the opacity of a sample becomes the opacity of a pixel.

@@ -1,10 +1,10 @@
 //! One tile against the same sums in f64, entry by entry.
 
 use super::*;
-use crate::point::PixelFilter;
+use crate::kernels::point::PixelFilter;
+use crate::kernels::table::FootprintProfile;
 use crate::simd::SimdLevel;
 use crate::sort::{depth_key, entry};
-use crate::table::FootprintProfile;
 use crate::tile::TILE_PX;
 use crate::{Kernel, KernelShape};
 

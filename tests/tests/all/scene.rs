@@ -153,7 +153,7 @@ fn tints_multiply_the_colour_of_what_is_opaque() {
         let tints: Vec<TransferFunction> = components
             .iter()
             .enumerate()
-            .map(|(number, volume)| volsplat::input::tint(number, volume))
+            .map(|(number, volume)| volsplat::transfer::tint(number, volume))
             .collect();
         let mut channels: Vec<Channel> = components
             .iter()
@@ -171,7 +171,7 @@ fn tints_multiply_the_colour_of_what_is_opaque() {
         hold("tints", &scene, grid, &options());
     }
     let volume = random_volume(DIMS, DAffine3::IDENTITY);
-    let tint = volsplat::input::tint(0, &volume);
+    let tint = volsplat::transfer::tint(0, &volume);
     let scene = Scene {
         channels: vec![Channel {
             volume: &volume,

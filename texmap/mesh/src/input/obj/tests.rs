@@ -272,8 +272,8 @@ fn a_texture_can_be_bound_by_hand() {
 #[test]
 fn real_files_agree_with_tobj() {
     let data = std::env::var_os("RESAMPLE_DATA").map(PathBuf::from);
-    let data =
-        data.unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"));
+    let data = data
+        .unwrap_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"));
     let folder = data.join("meshes/obj");
     for name in [
         "pytorch3d/cow_mesh/cow.obj",

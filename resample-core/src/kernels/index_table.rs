@@ -1,7 +1,7 @@
 //! The paper's two-dimensional index table (section 4.2): from the index i in the ellipse and the half cone angle to
 //! the true index d/r.
 //!
-//! The renderers use [`crate::footprint::index2_from_ellipse`], which is the same function in closed form and
+//! The renderers use [`crate::kernels::footprint::index2_from_ellipse`], which is the same function in closed form and
 //! measured faster than this table. The table stays as the paper describes it, so that the comparison can be made.
 
 /// Largest half cone angle in the table, as the paper recommends; beyond it the equation is evaluated.
@@ -82,7 +82,7 @@ fn cell(position: f32, steps: usize) -> (usize, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::footprint::index2_from_ellipse;
+    use crate::kernels::footprint::index2_from_ellipse;
 
     #[test]
     fn table_and_closed_form_are_the_equation() {

@@ -21,10 +21,10 @@ use crate::receiver::Room;
 use resample_core::Error;
 
 /// Takes a piece of a row: column and row of its first pixel, and the numbers of each channel.
-pub(super) type Emit<'a> = dyn FnMut([usize; 2], &[Vec<f32>]) -> Result<(), Error> + 'a;
+pub(crate) type Emit<'a> = dyn FnMut([usize; 2], &[Vec<f32>]) -> Result<(), Error> + 'a;
 
 /// Width and height of the display window, px.
-pub(super) fn display_size(headers: &[Header]) -> [usize; 2] {
+pub(crate) fn display_size(headers: &[Header]) -> [usize; 2] {
     headers.first().map_or([0; 2], |header| {
         let size = header.shared_attributes.display_window.size;
         [size.width(), size.height()]
@@ -32,7 +32,7 @@ pub(super) fn display_size(headers: &[Header]) -> [usize; 2] {
 }
 
 /// Gives the `wanted` channels to `emit`, in the order of the file's blocks.
-pub(super) fn pieces(
+pub(crate) fn pieces(
     path: &Path,
     wanted: &[At],
     room: Room,

@@ -11,9 +11,9 @@ use fearless_simd_macros::simd;
 use glam::{DVec2, DVec3, Vec3};
 
 use crate::camera::Projection;
-use crate::footprint::FootprintMode;
+use crate::camera::view::GridView;
+use crate::kernels::footprint::FootprintMode;
 use crate::tile::TILE_PX;
-use crate::view::GridView;
 
 /// One plane of a tile: rows of pixels.
 pub type TilePlane = [[f32; TILE_PX]; TILE_PX];

@@ -9,19 +9,19 @@ use std::path::Path;
 
 use ::png::{BitDepth, ColorType, Decoder, DecodingError, Transformations};
 
-use super::files::{fault, first_bytes, open};
-use super::rows::{Row, Rows};
+use crate::files::{fault, first_bytes, open};
+use crate::rows::{Row, Rows};
 use resample_core::Error;
 
 /// Whether the file is interlaced: the last byte of its header, which begins at byte 16 and has 13.
-pub(super) fn is_interlaced(path: &Path) -> Result<bool, Error> {
+pub(crate) fn is_interlaced(path: &Path) -> Result<bool, Error> {
     Ok(first_bytes(path, 29)?
         .get(28)
         .is_some_and(|&byte| byte != 0))
 }
 
 /// Gives the rows from the top; false, without a row, if the file is interlaced.
-pub(super) fn decode(path: &Path, rows: &mut dyn Rows) -> Result<bool, Error> {
+pub(crate) fn decode(path: &Path, rows: &mut dyn Rows) -> Result<bool, Error> {
     let wrong = |error: DecodingError| fault(path, format!("not a usable picture: {error}"));
     let (file, _) = open(path)?;
     // The crate's own limit, 64 MiB, holds what it unpacks beside the pixels.

@@ -6,7 +6,7 @@
 //! series in u, because the integral of u^k along the line is a multiple of u^(k + 1/2). A short polynomial in u is
 //! therefore exact for the polynomial kernel and converges fast for the Gaussian.
 
-use crate::kernel::{Kernel, KernelShape};
+use crate::kernels::kernel::{Kernel, KernelShape};
 
 /// Entries of a footprint table. The error of linear interpolation falls with the square of the spacing, except in
 /// the last interval, where the integral starts as u^(3/2): measured by [`FootprintTable::max_error`], 1024 entries

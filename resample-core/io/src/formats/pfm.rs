@@ -8,15 +8,15 @@
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
-use super::files::{cannot_read, check_claim, fault, open};
-use super::plane::Stored;
-use super::receiver::Receiver;
+use crate::files::{cannot_read, check_claim, fault, open};
+use crate::plane::Stored;
+use crate::receiver::Receiver;
 use resample_core::Error;
 
 /// Longest line of the header, bytes; honest ones have less than twenty.
 const MAX_LINE_BYTES: u64 = 100;
 
-pub(super) fn decode(path: &Path, to: &mut dyn Receiver) -> Result<Stored, Error> {
+pub(crate) fn decode(path: &Path, to: &mut dyn Receiver) -> Result<Stored, Error> {
     let (file, length) = open(path)?;
     let mut file = BufReader::new(file);
     let header = header(&mut file).map_err(|what| fault(path, what))?;

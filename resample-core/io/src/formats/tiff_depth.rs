@@ -10,16 +10,16 @@ use ::tiff::decoder::{Decoder, DecodingResult, Limits};
 use ::tiff::tags::Tag;
 use ::tiff::{ColorType, TiffError};
 
-use super::files::{check_claim, fault, open};
-use super::plane::Stored;
-use super::receiver::{Receiver, Room};
 use super::tiff::GREATEST_EXPANSION;
+use crate::files::{check_claim, fault, open};
+use crate::plane::Stored;
+use crate::receiver::{Receiver, Room};
 use resample_core::Error;
 
 /// Most pixels for one byte of any packing here: a byte holds at most eight pixels.
 const MOST_PIXELS_PER_BYTE: u64 = GREATEST_EXPANSION * 8;
 
-pub(super) fn decode(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<Stored, Error> {
+pub(crate) fn decode(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<Stored, Error> {
     let (file, length) = open(path)?;
     let wrong = |error: TiffError| fault(path, format!("not a usable TIFF file: {error}"));
     let mut decoder = Decoder::new(BufReader::new(file)).map_err(wrong)?;

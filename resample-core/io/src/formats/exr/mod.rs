@@ -18,9 +18,9 @@ use std::path::Path;
 use ::exr::meta::attribute::SampleType;
 use ::exr::meta::header::Header;
 
-use super::files::fault;
-use super::plane::Stored;
-use super::receiver::{Receiver, Room};
+use crate::files::fault;
+use crate::plane::Stored;
+use crate::receiver::{Receiver, Room};
 pub use dwa::check_all;
 use header::{At, headers};
 use resample_core::Error;
@@ -29,12 +29,12 @@ use resample_core::Error;
 const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
 /// Whether a file with these first bytes is an EXR file.
-pub(super) fn is_exr(start: &[u8]) -> bool {
+pub(crate) fn is_exr(start: &[u8]) -> bool {
     start.starts_with(&MAGIC)
 }
 
 /// Width and height of the display window, from the header alone.
-pub(super) fn size(path: &Path) -> Result<[u32; 2], Error> {
+pub(crate) fn size(path: &Path) -> Result<[u32; 2], Error> {
     let headers = headers(path)?;
     let window = headers
         .first()
@@ -76,7 +76,7 @@ pub fn channels_of(path: &Path) -> Result<Channels, Error> {
 }
 
 /// Gives red, green, blue and alpha of the picture, or of a layer; whether there is alpha.
-pub(super) fn decode_colour(
+pub(crate) fn decode_colour(
     path: &Path,
     layer: Option<&str>,
     room: Room,
@@ -101,7 +101,7 @@ pub(super) fn decode_colour(
 }
 
 /// Gives the channel that is named, or the only one that can be depth; what kind of numbers it has.
-pub(super) fn decode_depth(
+pub(crate) fn decode_depth(
     path: &Path,
     channel: Option<&str>,
     room: Room,

@@ -19,13 +19,13 @@ const MOST_DISPLAY_PER_DATA: u64 = 64;
 
 /// A channel and the layer it lies in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct At {
-    pub(super) layer: usize,
-    pub(super) channel: usize,
+pub(crate) struct At {
+    pub(crate) layer: usize,
+    pub(crate) channel: usize,
 }
 
 /// The headers of all parts, their claims held against the length of the file.
-pub(super) fn headers(path: &Path) -> Result<Vec<Header>, Error> {
+pub(crate) fn headers(path: &Path) -> Result<Vec<Header>, Error> {
     let (_, length) = open(path)?;
     let meta = catch_unwind(|| MetaData::read_from_file(path, false))
         .map_err(|_| fault(path, "not a usable EXR file: its header makes no sense"))?

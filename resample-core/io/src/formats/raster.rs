@@ -11,18 +11,18 @@ use std::path::Path;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use resample_core::image::linear_from_srgb;
 
-use super::files::{MAX_PIXELS, cannot_read, check_claim, fault, open};
 use super::jpeg;
-use super::picture::Storage;
-use super::plane::Stored;
 use super::png;
 use super::radiance;
-use super::receiver::{Receiver, Room};
-use super::rows::{Row, Rows};
+use crate::files::{MAX_PIXELS, cannot_read, check_claim, fault, open};
+use crate::picture::Storage;
+use crate::plane::Stored;
+use crate::receiver::{Receiver, Room};
+use crate::rows::{Row, Rows};
 use resample_core::Error;
 
 /// Whether the file has alpha.
-pub(super) fn decode_colour(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {
+pub(crate) fn decode_colour(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {
     let mut rows = ColourRows {
         to,
         channels: 0,
@@ -34,7 +34,7 @@ pub(super) fn decode_colour(path: &Path, room: Room, to: &mut dyn Receiver) -> R
 }
 
 /// The stored numbers of a grey picture. Three equal channels count as grey: some tools know no other PNG.
-pub(super) fn decode_depth(
+pub(crate) fn decode_depth(
     path: &Path,
     room: Room,
     to: &mut dyn Receiver,
@@ -51,13 +51,13 @@ pub(super) fn decode_depth(
 }
 
 /// Width and height, from the header alone.
-pub(super) fn size(path: &Path) -> Result<[u32; 2], Error> {
+pub(crate) fn size(path: &Path) -> Result<[u32; 2], Error> {
     let (_, decoder) = checked_decoder(path)?;
     Ok(decoder.dimensions().into())
 }
 
 /// What reading takes, from the header alone.
-pub(super) fn storage(path: &Path) -> Result<Storage, Error> {
+pub(crate) fn storage(path: &Path) -> Result<Storage, Error> {
     let (format, decoder) = checked_decoder(path)?;
     let colour = decoder.color_type();
     let is_by_rows = match format {

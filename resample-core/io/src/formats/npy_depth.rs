@@ -8,16 +8,16 @@ use std::path::Path;
 
 use ::exr::prelude::f16;
 
-use super::files::{cannot_read, check_claim, fault, open};
 use super::npy::{Element, Endian, Header, Kind, Order};
-use super::plane::Stored;
-use super::receiver::{Receiver, Room};
+use crate::files::{cannot_read, check_claim, fault, open};
+use crate::plane::Stored;
+use crate::receiver::{Receiver, Room};
 use resample_core::Error;
 
 /// Columns of an array in Fortran order that are held together, so that pieces of rows are not single numbers.
 const COLUMNS: usize = 64;
 
-pub(super) fn decode(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<Stored, Error> {
+pub(crate) fn decode(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<Stored, Error> {
     let (file, length) = open(path)?;
     let mut file = BufReader::new(file);
     let header = Header::read(&mut file).map_err(|what| fault(path, what))?;

@@ -10,8 +10,8 @@
 
 use fearless_simd::prelude::*;
 
-use crate::kernel::{Kernel, KernelShape};
-use crate::table::{FootprintProfile, solve};
+use crate::kernels::kernel::{Kernel, KernelShape};
+use crate::kernels::table::{FootprintProfile, solve};
 
 /// Powers of u^2. Eight leave 2e-5 of the peak for the Gaussian, and 3e-4 for the B-spline, whose third derivative jumps.
 pub const ALONG: usize = 8;

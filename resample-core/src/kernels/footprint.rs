@@ -1,6 +1,6 @@
 //! The footprint of a ball-shaped kernel: which pixels it touches, and at what distance their rays pass its centre.
 //!
-//! Everything is computed in the kernel's own grid (see [`crate::view`]), where the kernel is a ball of radius r at c
+//! Everything is computed in the kernel's own grid (see [`crate::camera::view`]), where the kernel is a ball of radius r at c
 //! relative to the eye, and the ray of a pixel has direction w. With delta the pixel offset from the projected
 //! centre, c x w = c x (delta.x wx + delta.y wy), because c and the ray through it are parallel. Hence
 //! d^2 = |c x w|^2 / |w|^2 is a quadratic form of delta over a function of the pixel alone. The form does not cancel
@@ -13,8 +13,8 @@
 use glam::{DVec2, DVec3};
 
 use crate::camera::Projection;
-use crate::conic::{Conic, Ellipse};
-use crate::view::GridView;
+use crate::camera::view::GridView;
+use crate::kernels::conic::{Conic, Ellipse};
 
 /// How the distance from a kernel's centre to a pixel's ray is found, in perspective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

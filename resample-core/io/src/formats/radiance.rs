@@ -8,8 +8,8 @@
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
-use super::files::{fault, open};
-use super::rows::{Row, Rows};
+use crate::files::{fault, open};
+use crate::rows::{Row, Rows};
 use resample_core::Error;
 
 /// Most bytes of a line of the header. A guess.
@@ -22,14 +22,14 @@ const PACKED_WIDTHS: std::ops::Range<usize> = 8..1 << 15;
 type Pixel = [u8; 4];
 
 /// Whether rows come from the top and pixels from the left.
-pub(super) fn is_by_rows(path: &Path) -> Result<bool, Error> {
+pub(crate) fn is_by_rows(path: &Path) -> Result<bool, Error> {
     let (file, _) = open(path)?;
     let found = size(&mut BufReader::new(file));
     Ok(found.is_ok_and(|size| size.is_some()))
 }
 
 /// Gives the rows from the top; false, without a row, if pixels come in another order.
-pub(super) fn decode(path: &Path, rows: &mut dyn Rows) -> Result<bool, Error> {
+pub(crate) fn decode(path: &Path, rows: &mut dyn Rows) -> Result<bool, Error> {
     let wrong = |error: io::Error| fault(path, format!("not a usable picture: {error}"));
     let (file, _) = open(path)?;
     let mut file = BufReader::new(file);

@@ -10,6 +10,8 @@
 //! The hot loop works on whole rows of a tile, structure of arrays, generic over the vector width.
 //! Source: Yuan et al. 2003, section 4.1 (order, sheets of points); Westover 1990 for the linear opacity.
 
+pub mod maps;
+
 mod points;
 mod slices;
 mod splat;

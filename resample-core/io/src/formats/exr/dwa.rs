@@ -20,7 +20,7 @@ const UNPACKED: [usize; 5] = [1, 6, 7, 8, 9];
 const SPARE_BYTES: u64 = 1 << 16;
 
 /// Refuses a block that claims more than its pixels can need.
-pub(super) fn check(chunk: &Chunk, headers: &[Header]) -> Result<(), String> {
+pub(crate) fn check(chunk: &Chunk, headers: &[Header]) -> Result<(), String> {
     let Some(header) = headers.get(chunk.layer_index) else {
         return Err("a block of a part that is not there".to_owned());
     };
