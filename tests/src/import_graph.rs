@@ -1,4 +1,5 @@
-//! Which files of a crate import which: takes the folder of its sources, gives the circles among them.
+//! Which files of a crate import which: takes the folder of its sources, returns the circles among files and among folders, and
+//! their sizes.
 //!
 //! A file imports another if it names something that is defined there, by `use` or by a path in its code. A `pub use` hands
 //! names on and imports nothing by itself; who uses the name imports the file that it leads to. `mod` lines, comments and
@@ -108,24 +109,80 @@ impl ImportGraph {
 
     /// Groups of two files or more that import each other, directly or through others.
     pub fn circles(&self) -> Vec<Vec<String>> {
-        let imports = self.imports();
-        let reached: BTreeMap<&Module, BTreeSet<&Module>> = imports
-            .keys()
-            .map(|module| (*module, reachable(&imports, module)))
-            .collect();
-        let mut circles = BTreeSet::new();
-        for (module, targets) in &reached {
-            let circle: Vec<String> = targets
-                .iter()
-                .filter(|other| reached[*other].contains(module))
-                .map(|other| other.join("::"))
-                .collect();
-            if circle.len() > 1 {
-                circles.insert(circle);
+        circles_of(&self.imports())
+    }
+
+    /// Groups of siblings in one folder, each a file or a folder with all that it holds, that import each other.
+    pub fn circles_of_folders(&self) -> Vec<Vec<String>> {
+        let mut siblings: BTreeMap<&[String], BTreeMap<Module, BTreeSet<Module>>> = BTreeMap::new();
+        for (module, targets) in self.imports() {
+            for target in targets {
+                let shared = module
+                    .iter()
+                    .zip(target)
+                    .take_while(|(a, b)| a == b)
+                    .count();
+                // The file of a folder itself (`mod.rs`) is a sibling of what the folder holds.
+                let sibling = |of: &Module| of[..of.len().min(shared + 1)].to_vec();
+                let [from, to] = [sibling(module), sibling(target)];
+                let graph = siblings.entry(&module[..shared]).or_default();
+                graph.entry(to.clone()).or_default();
+                graph.entry(from).or_default().insert(to);
             }
         }
-        circles.into_iter().collect()
+        let graphs = siblings.values();
+        let circles = graphs.flat_map(|graph| {
+            let imports = graph.iter().map(|(from, to)| (from, to.iter().collect()));
+            circles_of(&imports.collect())
+        });
+        circles.collect()
     }
+
+    /// How many files and folders lie side by side in each folder; a file and the folder of its parts are one.
+    pub fn siblings(&self) -> BTreeMap<String, usize> {
+        let mut found: BTreeMap<String, BTreeSet<&String>> = BTreeMap::new();
+        for module in self.tokens.keys() {
+            for (depth, name) in module.iter().enumerate() {
+                found
+                    .entry(module[..depth].join("::"))
+                    .or_default()
+                    .insert(name);
+            }
+        }
+        let counts = found
+            .into_iter()
+            .map(|(folder, names)| (folder, names.len()));
+        counts.collect()
+    }
+
+    /// Files that import a file below folders of this name, and do not lie below one themselves.
+    pub fn importers_of(&self, folder: &str) -> BTreeSet<String> {
+        let inside = |module: &Module| module.iter().any(|name| name == folder);
+        let imports = self.imports().into_iter();
+        let importers = imports
+            .filter(|(module, targets)| !inside(module) && targets.iter().any(|t| inside(t)));
+        importers.map(|(module, _)| module.join("::")).collect()
+    }
+}
+
+/// Groups of two or more that reach each other.
+fn circles_of(imports: &BTreeMap<&Module, BTreeSet<&Module>>) -> Vec<Vec<String>> {
+    let reached: BTreeMap<&Module, BTreeSet<&Module>> = imports
+        .keys()
+        .map(|module| (*module, reachable(imports, module)))
+        .collect();
+    let mut circles = BTreeSet::new();
+    for (module, targets) in &reached {
+        let circle: Vec<String> = targets
+            .iter()
+            .filter(|other| reached[*other].contains(module))
+            .map(|other| other.join("::"))
+            .collect();
+        if circle.len() > 1 {
+            circles.insert(circle);
+        }
+    }
+    circles.into_iter().collect()
 }
 
 fn reachable<'a>(

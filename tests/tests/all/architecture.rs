@@ -1,8 +1,8 @@
-//! Holds the dependency rule: cli -> {applications} -> resample-io -> resample-core, and no application knows another; and within a crate,
-//! no files that import each other in a circle.
+//! Holds the plan of the house: cli -> {applications} -> {volume, mesh} -> resample-io -> resample-core, and no application knows another;
+//! within a crate no circle of files or of folders, few siblings in a folder, and no file or crate too large to read.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use resample_tests::import_graph::ImportGraph;
@@ -11,6 +11,38 @@ use serde_json::Value;
 const CORE: &str = "resample-core";
 const IO: &str = "resample-io";
 const APPLICATIONS: [&str; 3] = ["texmap", "warp3d", "volsplat"];
+
+/// The crates that read what an application draws, each used by that application alone.
+const READERS: [(&str, &str); 2] = [("resample-mesh", "texmap"), ("resample-volume", "volsplat")];
+
+/// The folders of all crates.
+const FOLDERS: [&str; 8] = [
+    "resample-core",
+    "resample-core/io",
+    "texmap",
+    "texmap/mesh",
+    "warp3d",
+    "volsplat",
+    "volsplat/volume",
+    "cli",
+];
+
+/// Entries of a folder that a reader takes in at a glance. A guess.
+const MOST_SIBLINGS: usize = 15;
+
+/// Lines of a file that is still one idea. A guess.
+const MOST_LINES_OF_FILE: usize = 700;
+
+/// Lines of code of a crate, without comments, blanks and tests.
+const MOST_LINES_OF_CRATE: usize = 20_000;
+
+/// The only files that may name the paper's methods: each driver chooses a pipeline.
+const DRIVERS: [&str; 3] = ["render", "warper", "commands::bench"];
+
+fn source(folder: &str) -> PathBuf {
+    let root = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+    root.join(folder).join("src")
+}
 
 /// The workspace's crates and, of their dependencies (development ones aside), those that are in the workspace.
 fn workspace_dependencies() -> BTreeMap<String, BTreeSet<String>> {
@@ -58,10 +90,15 @@ fn dependencies_flow_one_way() {
         uses[CORE]
     );
     for application in APPLICATIONS.iter().filter(|a| uses.contains_key(**a)) {
-        let allowed = BTreeSet::from([CORE.to_owned(), IO.to_owned()]);
+        let readers = READERS.iter().filter(|(_, user)| user == application);
+        let allowed: BTreeSet<String> = readers
+            .map(|(reader, _)| *reader)
+            .chain([CORE, IO])
+            .map(str::to_owned)
+            .collect();
         assert!(
             uses[*application].contains(CORE) && uses[*application].is_subset(&allowed),
-            "{application} may know the core and {IO}, but uses {:?}",
+            "{application} may know {allowed:?}, but uses {:?}",
             uses[*application]
         );
     }
@@ -70,6 +107,10 @@ fn dependencies_flow_one_way() {
         BTreeSet::from([CORE.to_owned()]),
         "{IO} may know the core alone"
     );
+    for (reader, _) in READERS {
+        let expected = BTreeSet::from([CORE.to_owned(), IO.to_owned()]);
+        assert_eq!(uses[reader], expected, "{reader} draws nothing");
+    }
 }
 
 #[test]
@@ -95,22 +136,66 @@ fn the_core_touches_no_files() {
 }
 
 #[test]
-fn no_files_import_each_other_in_a_circle() {
-    for name in [
-        "resample-core",
-        "resample-core/io",
-        "texmap",
-        "warp3d",
-        "volsplat",
-        "cli",
-    ] {
-        let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
-            .join(name)
-            .join("src");
-        let graph = ImportGraph::read(&folder);
+fn neither_files_nor_folders_import_each_other_in_a_circle() {
+    for name in FOLDERS {
+        let graph = ImportGraph::read(&source(name));
         assert!(graph.file_count() > 1, "{name}: no sources were read");
-        let circles = graph.circles();
+        let circles = [graph.circles(), graph.circles_of_folders()].concat();
         assert!(circles.is_empty(), "{name}: {circles:#?}");
+    }
+}
+
+#[test]
+fn folders_files_and_crates_are_small_enough_to_read() {
+    for name in FOLDERS {
+        let siblings = ImportGraph::read(&source(name)).siblings();
+        for (folder, count) in siblings {
+            assert!(count <= MOST_SIBLINGS, "{name} {folder}: {count} siblings");
+        }
+        let mut in_crate = 0;
+        for path in sources(&source(name)) {
+            let text = std::fs::read_to_string(&path).expect("text");
+            let lines = text.lines().count();
+            let path = path.display();
+            assert!(lines <= MOST_LINES_OF_FILE, "{path}: {lines} lines");
+            in_crate += lines_of_code(&text);
+        }
+        assert!(in_crate > 500, "{name}: only {in_crate} lines were read");
+        assert!(in_crate <= MOST_LINES_OF_CRATE, "{name}: {in_crate} lines");
+    }
+}
+
+/// All source files below a folder, test modules aside.
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).expect("a folder");
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    let own = paths.filter(|path| !path.file_stem().is_some_and(|name| name == "tests"));
+    own.flat_map(|path| match path.is_dir() {
+        true => sources(&path),
+        false => vec![path],
+    })
+    .filter(|path| path.extension().is_some_and(|end| end == "rs"))
+    .collect()
+}
+
+/// Lines that are neither blank nor a comment, up to the first test module.
+fn lines_of_code(text: &str) -> usize {
+    let code = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or("");
+    let lines = code.lines().map(str::trim_start);
+    lines
+        .filter(|line| !line.is_empty() && !line.starts_with("//"))
+        .count()
+}
+
+#[test]
+fn the_default_path_imports_nothing_of_the_papers_methods() {
+    let mut found = BTreeSet::new();
+    for name in FOLDERS {
+        found.extend(ImportGraph::read(&source(name)).importers_of("paper"));
+    }
+    assert!(found.len() > 1, "no driver was found: {found:?}");
+    for file in found {
+        assert!(DRIVERS.contains(&file.as_str()), "{file} imports the paper");
     }
 }
 
@@ -138,4 +223,27 @@ fn a_circle_is_found_through_groups_and_names_that_are_handed_on() {
     write("c.rs", "pub fn third(_: crate::First) {}");
     let circles = ImportGraph::read(folder.path()).circles();
     assert_eq!(circles, [["a", "b", "c"]], "through the root's own name");
+}
+
+#[test]
+fn a_circle_of_folders_is_found_where_no_files_are_in_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["one", "other"] {
+        std::fs::create_dir(folder.path().join(name)).expect("a folder");
+    }
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("a file");
+    };
+    write("lib.rs", "mod one; mod other;");
+    write("one/mod.rs", "mod a; mod b;");
+    write("other/mod.rs", "mod c; mod d;");
+    write("one/a.rs", "use crate::other::c::Third;");
+    write("one/b.rs", "pub struct Second;");
+    write("other/c.rs", "pub struct Third;");
+    write("other/d.rs", "use super::c::Third;");
+    let read = || ImportGraph::read(folder.path());
+    assert!(read().circles_of_folders().is_empty());
+    write("other/d.rs", "use crate::one::b::Second;");
+    assert!(read().circles().is_empty(), "no files are in a circle");
+    assert_eq!(read().circles_of_folders(), [["one", "other"]]);
 }
