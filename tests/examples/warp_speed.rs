@@ -161,7 +161,6 @@ fn timed(case: &Case, options: &WarpOptions, frames: usize) -> Cost {
     for _ in 0..if large { 2 } else { frames + 1 } {
         let frame = warper.render(&case.target).expect("a camera");
         let stats = frame.stats;
-        warper.recycle(frame.image);
         cost.wall_ms = cost.wall_ms.min(stats.wall_ms);
         if stats.cpu_ms < cost.cpu_ms {
             cost.cpu_ms = stats.cpu_ms;

@@ -47,13 +47,9 @@ mod paper;
 pub mod warper;
 pub mod stats;
 pub mod memory;
-#[cfg(feature = "input")]
-pub mod large;
 
 #[cfg(feature = "clap")]
 pub use args::WarpArgs;
-#[cfg(feature = "input")]
-pub use large::{LargeReference, LargeWarper};
 pub use options::{
     Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceOptions, SurfaceTolerance, Visibility,
     WarpOptions,

@@ -2,13 +2,10 @@
 //!
 //! Counted are the buffers that are in use together when most are: while references are prepared, and while a frame is
 //! drawn. Small ones (tables by segment, what belongs to depth edges) are covered by a tenth on top, and the program
-//! itself by a constant. References that do not fit stay in a file (`large`), and the same counts say how large a part
-//! of them is worked on at once.
+//! itself by a constant.
 
 use crate::Error;
 use crate::options::{Fill, Method, WarpOptions};
-#[cfg(feature = "input")]
-use crate::project::Quarter;
 use crate::surfaces::surface::Cell;
 
 const F32: u64 = size_of::<f32>() as u64;
@@ -31,11 +28,6 @@ const PREPARING: u64 = size_of::<Cell>() as u64 + 2 + 2;
 /// Bytes a sample of how cells are drawn, and of where they lie on the screen: by segment of 32, in whole bytes.
 const SEGMENTS: u64 = 1;
 const ON_SCREEN: u64 = 1;
-
-/// Bytes of a cut cell: four quarters, gathered by segment, kept, their corners on the screen, and the slopes there.
-#[cfg(feature = "input")]
-const CUT_CELL: u64 =
-    4 * (2 * size_of::<Quarter>() + size_of::<[[f32; 3]; 4]>() + size_of::<[[f32; 2]; 2]>()) as u64;
 
 /// Bytes a pixel of one more layer: colour, depth, resolution and purity.
 const LAYER: u64 = RGBA + 3 * F32;
@@ -164,56 +156,6 @@ fn working_bytes(samples: &[Samples], pixels: u64, options: &WarpOptions) -> u64
     kept + drawing.max(taken.preparing * largest)
 }
 
-/// Bytes of parts of references while a window is drawn from them, with what hangs on so many `cuts` cut cells.
-#[cfg(feature = "input")]
-pub(crate) fn window_bytes(samples: &[u64], cuts: u64, pixels: u64, options: &WarpOptions) -> u64 {
-    let of = |&count: &u64| Samples {
-        count,
-        channel_bytes: F32,
-    };
-    let samples: Vec<Samples> = samples.iter().map(of).collect();
-    working_bytes(&samples, pixels, options) + CUT_CELL * cuts
-}
-
-/// Bytes that `max_bytes` leave for windows of a picture of so many `pixels` from references with so many `blocks`; 0
-/// where the picture alone takes more.
-#[cfg(feature = "input")]
-pub(crate) fn left_for_windows(
-    max_bytes: u64,
-    pixels: u64,
-    blocks: u64,
-    options: &WarpOptions,
-) -> u64 {
-    let allowed = max_bytes.saturating_sub(PROGRAM);
-    (allowed - allowed / 11).saturating_sub(around_windows(pixels, blocks, options))
-}
-
-/// Bytes to allow so that [`left_for_windows`] leaves `windows` of them.
-#[cfg(feature = "input")]
-pub(crate) fn allowed_for_windows(
-    windows: u64,
-    pixels: u64,
-    blocks: u64,
-    options: &WarpOptions,
-) -> u64 {
-    with_small_buffers(windows + around_windows(pixels, blocks, options))
-}
-
-/// Bytes of a whole picture of so many `pixels`, and of the tables of so many `blocks`.
-#[cfg(feature = "input")]
-fn around_windows(pixels: u64, blocks: u64, options: &WarpOptions) -> u64 {
-    // Ranges, counts, and places on the screen.
-    (PICTURE + filling(options.fill)) * pixels + (8 + 8 + 16) * blocks
-}
-
-/// Bytes that looking once through a reference of this size takes when it does not stay in memory: one second difference
-/// of disparity for each seventh sample, two bits a sample, and a band of rows with what is proposed for its soft edges.
-#[cfg(feature = "input")]
-pub(crate) fn survey_bytes([width, height]: [usize; 2], band_rows: usize) -> u64 {
-    let samples = width as u64 * height as u64;
-    samples * 4 / 7 + samples / 4 + (width * band_rows) as u64 * 40 + PROGRAM
-}
-
 /// Refuses a warp that takes more than `max_bytes`.
 ///
 /// # Errors
@@ -261,8 +203,6 @@ mod tests {
             [16, 8, 18, 5]
         );
         assert_eq!([LAYER, PICTURE], [28, 60]);
-        #[cfg(feature = "input")]
-        assert_eq!(CUT_CELL, 352);
     }
 
     /// A JPEG of 8 bits a channel.

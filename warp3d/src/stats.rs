@@ -8,8 +8,6 @@ use resample_core::clock::StageTime;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct StageTimes {
-    /// Parts of references that stayed in a file are read and prepared.
-    pub prepare: StageTime,
     /// Samples are warped to the screen.
     pub project: StageTime,
     /// Surfaces or footprints are laid on the screen and visibility is decided.
@@ -42,8 +40,4 @@ pub struct FrameStats {
     pub edge_pixels: u64,
     /// Pixels of holes that were filled.
     pub filled: u64,
-    /// Parts in which the picture was drawn, where the references stayed in a file; 0 where they were in memory.
-    pub windows: u64,
-    /// Samples that were read from that file and prepared for this picture.
-    pub read_samples: u64,
 }

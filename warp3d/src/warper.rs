@@ -156,15 +156,6 @@ impl Warper {
         Ok(Frame { image, stats })
     }
 
-    /// Takes back a picture that is done with: the next one is drawn into its memory.
-    pub fn recycle(&mut self, image: Image) {
-        let spare = &mut self.pipeline.spare;
-        spare.rgba = image.rgba;
-        spare.depth = image.depth.unwrap_or_default();
-        let confidence = image.planes.into_iter().find(|p| p.name == CONFIDENCE);
-        spare.resolution = confidence.map_or_else(Vec::new, |plane| plane.values);
-    }
-
     /// What `camera`, a valid one, sees before holes are filled.
     pub(crate) fn layer(
         &mut self,

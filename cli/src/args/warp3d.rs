@@ -46,7 +46,7 @@ pub struct Warp3dArgs {
     /// Also write counts and times as JSON
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
-    /// Most memory to work in, such as 4G or 512M; larger pictures stay in a temporary file and are warped in parts
+    /// Most memory to use, such as 4G or 512M; a warp that needs more is refused, with the memory it needs
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub max_memory: Option<u64>,
     /// Whether the pictures are in their files or in memory.

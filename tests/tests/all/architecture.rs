@@ -116,7 +116,7 @@ fn dependencies_flow_one_way() {
 #[test]
 fn the_core_touches_no_files() {
     let source = concat!(env!("CARGO_MANIFEST_DIR"), "/../resample-core/src");
-    let mut folders = vec![std::path::PathBuf::from(source)];
+    let mut folders = vec![PathBuf::from(source)];
     let mut files = 0;
     while let Some(folder) = folders.pop() {
         for entry in std::fs::read_dir(&folder).expect("the source is there") {

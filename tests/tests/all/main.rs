@@ -56,7 +56,6 @@ mod warp_equation;
 mod warp_extremes;
 mod warp_fills;
 mod warp_inputs;
-mod warp_large;
 mod warp_real;
 mod warp_rough;
 mod warp_soft;

@@ -33,8 +33,7 @@ pub(crate) struct Numbers {
 impl Numbers {
     fn known_range(&self) -> Result<[f64; 2], String> {
         let [far, near] = self.range.ok_or(
-            "depth without a unit is scaled by all of its numbers: keep the picture in memory, or give the range of \
-             relative depth",
+            "relative depth needs its range: give the numbers of the far and of the near end",
         )?;
         match [far, near] {
             range if far <= near => Ok(range),

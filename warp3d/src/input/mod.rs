@@ -157,25 +157,5 @@ fn check_camera(size: [usize; 2], camera: &Camera) -> Result<(), Error> {
     )))
 }
 
-/// Picture, depth and camera of a reference that stays in its file must have one size.
-pub(crate) fn check_sizes(
-    size: [usize; 2],
-    depth_size: [usize; 2],
-    camera: &Camera,
-    depth_file: &Path,
-) -> Result<(), Error> {
-    if depth_size != size {
-        let ([width, height], [depth_width, depth_height]) = (size, depth_size);
-        return Err(fault(
-            depth_file,
-            format!(
-                "the depth has {depth_width}x{depth_height} pixels, the picture {width}x{height}: a picture that does not \
-                 fit into memory needs a depth of its own size; resize the depth, or allow more memory"
-            ),
-        ));
-    }
-    check_camera(size, camera)
-}
-
 #[cfg(test)]
 mod tests;

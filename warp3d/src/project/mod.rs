@@ -28,7 +28,6 @@ use extent::{all_in_front, count_in_front, extents, range_of};
 use project::Bounds;
 pub(crate) use project::{Terms, narrow};
 #[cfg(feature = "input")]
-pub(crate) use quarters::Quarter;
 pub(crate) use quarters::Quarters;
 use rows::WarpedRows;
 pub(crate) use scan::{SLACK, scan_triangle};

@@ -1,14 +1,13 @@
-//! Draws one picture of a warp: the views that a layout puts on a sheet, from references in memory or in a file.
+//! Draws one picture of a warp: the views that a layout puts on a sheet, from its references.
 
 use anyhow::Result;
 use resample_core::{Camera, Image};
 use serde_json::json;
-use warp3d::FrameStats;
+use warp3d::{FrameStats, Warper};
 
 use crate::args::Warp3dArgs;
 use crate::cameras::multiview::Layout;
 use crate::open::depth::frames::Frames;
-use crate::open::depth::references::{AnyWarper, Keeping};
 use crate::open::depth::scene;
 use crate::picture::Drawn;
 use crate::process::notes::Notes;
@@ -16,7 +15,7 @@ use crate::process::report::Account;
 
 /// Draws the views of a sheet.
 pub(crate) struct Drawer {
-    pub(crate) warper: AnyWarper,
+    pub(crate) warper: Warper,
     /// Where the references of other pictures come from, if each picture has its own.
     pub(crate) source: Option<Source>,
     pub(crate) layout: Layout,
@@ -38,21 +37,21 @@ pub(crate) enum LastPicture {
 pub(crate) struct Source {
     pub(crate) frames: Frames,
     pub(crate) args: Warp3dArgs,
-    pub(crate) keeping: Keeping,
     /// Which of them the warper has.
     pub(crate) current: usize,
 }
 
 impl Source {
     /// The warper of picture `number`, if it is another than the present one.
-    fn next(&mut self, number: usize, notes: &mut Notes) -> Result<Option<AnyWarper>> {
+    fn next(&mut self, number: usize, notes: &mut Notes) -> Result<Option<Warper>> {
         if self.current == number {
             return Ok(None);
         }
         self.current = number;
         let words = self.frames.words(&self.args, number);
-        let scene = scene::read(&words, self.keeping, notes)?;
-        AnyWarper::new(scene.references, &self.args.render.options.options()?).map(Some)
+        let scene = scene::read(&words, notes)?;
+        let options = self.args.render.options.options()?;
+        Ok(Some(Warper::new(scene.references, &options)?))
     }
 }
 

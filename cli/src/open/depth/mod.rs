@@ -10,19 +10,18 @@ pub(crate) mod scene;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Error, Result, anyhow, bail};
+use anyhow::{Result, anyhow, bail};
 use resample_core::Camera;
 use resample_io::{Gate, Outside};
 use serde_json::{Value, json};
 use warp3d::input::DepthKind;
 use warp3d::memory::ReferenceSize;
-use warp3d::{Fill, WarpArgs, WarpOptions};
+use warp3d::{Fill, WarpArgs, WarpOptions, Warper};
 
 use crate::args::{CameraArgs, Given, SequenceArgs, Warp3dArgs};
 use crate::cameras::camera_path::KeyKind;
 use crate::cameras::multiview::Layout;
 use crate::open::depth::frames::Frames;
-use crate::open::depth::references::{AnyWarper, Keeping};
 use crate::output;
 use crate::picture::Drawn;
 use crate::picture::background::Background;
@@ -96,10 +95,7 @@ impl Open {
 
     /// Draws with these options from now on.
     pub(crate) fn set(&mut self, render: &Given<WarpArgs>) -> Result<()> {
-        self.ready
-            .drawer
-            .warper
-            .change(&render.options.options()?)?;
+        references::change(&mut self.ready.drawer.warper, &render.options.options()?)?;
         self.args.render = render.clone();
         Ok(())
     }
@@ -169,13 +165,13 @@ impl Ready {
             }
             None => args.clone(),
         };
-        // How large the new picture is, cameras say later.
+        // The cameras tell how large the new picture is, and some of them need the references.
         let guess = args
             .cameras
             .size
             .map_or([1, 1], |size| [size.width, size.height]);
-        let mut keeping = keeping(&first, &options, guess, purpose)?;
-        let mut scene = scene::read(&first, keeping, &mut notes)?;
+        check_memory(&first, &options, guess)?;
+        let scene = scene::read(&first, &mut notes)?;
         let layout = layout(args, scene.nearest);
         let mut targets = targets(&first, &scene)?;
         let convergence = convergence(args, &scene, &targets[0])?;
@@ -189,23 +185,15 @@ impl Ready {
             .iter()
             .map(|camera| [camera.width, camera.height])
             .max_by_key(|&[w, h]| w * h);
-        if keeping == Keeping::Memory {
-            keeping = self::keeping(&first, &options, largest.unwrap_or(guess), purpose)?;
-            if keeping != Keeping::Memory {
-                drop(scene);
-                scene = scene::read(&first, keeping, &mut notes)?;
-            }
-        }
+        check_memory(&first, &options, largest.unwrap_or(guess))?;
         let load_ms = report::ms_since(start);
-        let account =
-            json!({ "references": scene.references.len(), "samples": scene.references.known() });
-        let warper = AnyWarper::new(scene.references, &options)?;
+        let account = json!({ "references": scene.references.len(), "samples": references::known(&scene.references) });
+        let warper = Warper::new(scene.references, &options)?;
         let drawer = Drawer {
             warper,
             source: frames.map(|frames| Source {
                 frames,
                 args: args.clone(),
-                keeping,
                 current: 0,
             }),
             layout,
@@ -262,28 +250,19 @@ fn has_planes(args: &Warp3dArgs) -> bool {
     args.filled.is_some() || args.confidence.is_some()
 }
 
-/// Where the references are kept when a picture of this size is drawn within `--max-memory`.
-fn keeping(
-    args: &Warp3dArgs,
-    options: &WarpOptions,
-    target: [u32; 2],
-    purpose: Purpose,
-) -> Result<Keeping> {
+/// Refuses a picture of this size that takes more memory than `--max-memory` allows.
+fn check_memory(args: &Warp3dArgs, options: &WarpOptions, target: [u32; 2]) -> Result<()> {
     let gate = Gate::new(Outside::Refused, args.max_memory);
     let sizes = scene::sizes(args)?;
     if gate.given_memory().is_none() {
         check_unpacked(args, &sizes, &gate)?;
     }
-    let fits = warp3d::memory::check_memory(&sizes, target, options, gate.max_memory());
-    match (fits.map_err(Error::from), args.max_memory) {
-        (Ok(()), _) => Ok(Keeping::Memory),
-        // A temporary file has to be asked for.
-        (Err(error), None) => Err(error.context("--max-memory keeps the references in a file")),
-        (Err(error), _) if purpose != Purpose::Draw => {
-            Err(error.context("settings are compared and chosen with the references in memory"))
-        }
-        (Err(_), Some(max_memory)) => Ok(Keeping::File(max_memory)),
-    }
+    Ok(warp3d::memory::check_memory(
+        &sizes,
+        target,
+        options,
+        gate.max_memory(),
+    )?)
 }
 
 /// Refuses small files that unpack to large references.

@@ -8,15 +8,14 @@ use std::path::Path;
 use anyhow::{Result, anyhow};
 use warp3d::input::cameras::{Distortion, Lens, Pair};
 use warp3d::input::{DepthMeaning, Part, Taken, cameras, colour, depth};
-use warp3d::large::Files;
 use warp3d::memory::ReferenceSize;
-use warp3d::{LargeReference, Reference, SurfaceTolerance, input};
+use warp3d::{Reference, input};
 
 use crate::args::{DepthArgs, Warp3dArgs};
 use crate::cameras::camera_file::{FileCamera, NEAR_FRACTION};
 use crate::cameras::viewpoint;
 use crate::cameras::viewpoint::{Known, TakenWith, Viewpoint};
-use crate::open::depth::references::{Keeping, References};
+use crate::open::depth::references;
 use crate::process::notes::Notes;
 use crate::values::IntrinsicsWord;
 use crate::values::source::HeldPicture;
@@ -24,7 +23,7 @@ use crate::values::source::HeldPicture;
 /// The references of a warp and their first camera.
 pub(crate) struct WarpScene {
     /// The references, the picture of the command line first.
-    pub references: References,
+    pub references: Vec<Reference>,
     /// The camera of the first.
     pub from: FileCamera,
     /// Camera z of the nearest sample, world units.
@@ -68,30 +67,20 @@ impl Typed<'_> {
 }
 
 /// Reads all that is named.
-pub(crate) fn read(args: &Warp3dArgs, keeping: Keeping, notes: &mut Notes) -> Result<WarpScene> {
+pub(crate) fn read(args: &Warp3dArgs, notes: &mut Notes) -> Result<WarpScene> {
     let typed = typed(args)?;
     let described: Vec<Described> = typed
         .iter()
         .map(|typed| described(typed, args))
         .collect::<Result<_>>()?;
-    let both = typed.iter().zip(&described);
-    let mut references = match keeping {
-        Keeping::Memory => {
-            let held: Vec<_> = both
-                .map(|(typed, found)| held(typed, found, notes))
-                .collect::<Result<_>>()?;
-            References::Held(held.into_iter().flatten().collect())
-        }
-        Keeping::File(max_memory) => {
-            let tolerance = args.render.options.tolerance();
-            let filed = both.map(|(typed, found)| filed(typed, found, tolerance, max_memory));
-            References::Filed(filed.collect::<Result<_>>()?, max_memory)
-        }
-    };
-    let nearest = references.nearest();
-    for camera in references.cameras_mut() {
+    let mut references = Vec::new();
+    for (typed, found) in typed.iter().zip(&described) {
+        references.extend(held(typed, found, notes)?);
+    }
+    let nearest = references::nearest(&references);
+    for reference in &mut references {
         // The near plane of a reference cuts nothing: its samples are where they are.
-        camera.near = camera.near.min(NEAR_FRACTION * nearest);
+        reference.camera.near = reference.camera.near.min(NEAR_FRACTION * nearest);
     }
     Ok(WarpScene {
         references,
@@ -271,36 +260,6 @@ fn held(typed: &Typed, found: &Described, notes: &mut Notes) -> Result<Vec<Refer
         notes.say_of(typed.depth, note);
     }
     Ok(vec![reference])
-}
-
-/// Reads a reference into a temporary file.
-fn filed(
-    typed: &Typed,
-    found: &Described,
-    tolerance: SurfaceTolerance,
-    max_memory: u64,
-) -> Result<LargeReference> {
-    if typed.held.is_some() {
-        anyhow::bail!(
-            "{}: pictures of memory are warped in memory: allow more --max-memory",
-            typed.colour
-        );
-    }
-    if found.distortion.is_some() || typed.camera == Some(Viewpoint::Equirectangular) {
-        anyhow::bail!(
-            "{}: a lens with distortion and a panorama are resampled in memory: allow more --max-memory",
-            typed.colour
-        );
-    }
-    let camera = found.from.with_any_near();
-    let files = Files {
-        colour: &found.colour,
-        depth: &found.depth,
-        camera: &camera,
-        meaning: &found.meaning,
-    };
-    LargeReference::read(&files, tolerance, max_memory)
-        .map_err(|error| naming(typed, &found.depth, error))
 }
 
 /// An error about a picture and its depth: it names the depth if that is at fault, else the picture.
