@@ -25,7 +25,7 @@ impl Stop {
         self.0.store(false, Ordering::Relaxed);
     }
 
-    /// Whether the end was asked for.
+    /// Returns true if the end was asked for.
     pub fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }

@@ -96,7 +96,7 @@ fn command(binary: &str, folder: &Path, to: &str) -> Command {
     command
 }
 
-/// Whether a picture is that of the undisturbed run.
+/// Returns true if a picture is that of the undisturbed run.
 fn same(folder: &Path, name: &str) -> bool {
     let read = |from: &str| std::fs::read(folder.join(from).join(name)).expect("a picture");
     read("whole") == read("killed")

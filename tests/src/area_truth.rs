@@ -98,7 +98,7 @@ impl<'a> AreaTruth<'a> {
         truth
     }
 
-    /// Whether a classified voxel shows in a block or reaches into it.
+    /// Returns true if a classified voxel shows in a block or reaches into it.
     fn reaches(&self, block: usize) -> bool {
         let Some(classified) = &self.classified else {
             return false;
@@ -116,7 +116,7 @@ impl<'a> AreaTruth<'a> {
             .any(|z| range(1).any(|y| range(0).any(|x| classified.voxels[place(x, y, z)][3] > 0.0)))
     }
 
-    /// Whether any scalar between the least and the greatest of a block is visible: asked at the ends, and at knots
+    /// Returns true if any scalar between the least and the greatest of a block is visible: asked at the ends, and at knots
     /// between them.
     fn shows(&self, block: usize) -> bool {
         let [nx, ny, _] = self.blocks;

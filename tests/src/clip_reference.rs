@@ -7,7 +7,7 @@ use volsplat::Clip;
 
 use crate::reference::Scene;
 
-/// Whether the clip of the scene keeps a position, in the grid, with every half-space `wider` (voxels).
+/// Returns true if the clip of the scene keeps a position, in the grid, with every half-space `wider` (voxels).
 pub fn keeps(scene: &Scene, pos_in_grid: DVec3, wider: f64) -> bool {
     keeps_with(
         &scene.options.clip,
@@ -17,7 +17,7 @@ pub fn keeps(scene: &Scene, pos_in_grid: DVec3, wider: f64) -> bool {
     )
 }
 
-/// Whether a clip keeps a position in the grid that `map` places in the world.
+/// Returns true if a clip keeps a position in the grid that `map` places in the world.
 pub fn keeps_with(clip: &Clip, map: &DAffine3, pos_in_grid: DVec3, wider: f64) -> bool {
     let world = map.transform_point3(pos_in_grid);
     let in_box = |pos: DVec3, ends: Option<[DVec3; 2]>, wider: DVec3| {

@@ -196,7 +196,7 @@ impl Setup<'_> {
         ))
     }
 
-    /// Whether a voxel's centre lies in the clip: as a point it is there or not.
+    /// Returns true if a voxel's centre lies in the clip: as a point it is there or not.
     fn keeps(&self, index: DVec3) -> bool {
         let Scene {
             volume, options, ..

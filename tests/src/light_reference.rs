@@ -13,7 +13,7 @@ const DIFFUSE: f64 = 0.7;
 const SPECULAR: f64 = 0.2;
 const POWER: i32 = 20;
 
-/// Whether the options need gradients.
+/// Returns true if the options need gradients.
 pub fn needs_gradients(options: &RenderOptions) -> bool {
     options.shading != Shading::None || options.gradient_opacity.is_some()
 }

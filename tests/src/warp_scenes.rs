@@ -114,7 +114,7 @@ impl AnalyticScene {
         }
     }
 
-    /// Whether `reference` sees what the centres of the pixels of `target` show: 0 or 1.
+    /// For each pixel centre of `target`, 1 if `reference` sees the same point, else 0.
     pub(crate) fn seen(&self, target: &Camera, reference: &Camera) -> Vec<f32> {
         let sees = |m: Option<Met>| m.is_some_and(|m| self.sees(reference, m.pos_in_world));
         self.rays(target, |met| f32::from(u8::from(sees(met))))

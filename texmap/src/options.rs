@@ -197,7 +197,7 @@ impl RenderOptions {
         Ok(())
     }
 
-    /// Whether the picture carries this plane.
+    /// Returns true if the picture carries this plane.
     pub fn has(&self, plane: PlaneKind) -> bool {
         self.planes.contains(&plane)
     }

@@ -181,7 +181,7 @@ impl Renderer {
         }
     }
 
-    /// Whether each frame reads the volume's file again, because what can be seen of it is larger than the memory.
+    /// Returns true if each frame reads the volume's file again, because what can be seen of it is larger than the memory.
     pub fn reads_file(&self) -> bool {
         match &self.pipeline {
             Pipeline::Field(p) => p.reads_file(),

@@ -1,6 +1,6 @@
 //! Whether a renderer takes other choices without being prepared again.
 
-/// Whether a renderer takes something new.
+/// The part of a renderer that a change kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Reuse {

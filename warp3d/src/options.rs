@@ -18,7 +18,7 @@ pub struct WarpOptions {
     pub fill: Fill,
     /// How several references become one picture.
     pub blend: Blend,
-    /// Whether the picture carries the planes `filled` and `confidence`.
+    /// The planes `filled` and `confidence` of the picture.
     pub planes: ExtraPlanes,
     /// Vector instructions: the best of this CPU, or fewer, for tests.
     pub simd: SimdLevel,
@@ -148,7 +148,7 @@ pub enum Blend {
     Best,
 }
 
-/// Whether the picture carries planes beside colour and depth.
+/// Planes of a picture beside colour and depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -218,7 +218,7 @@ impl Method {
         }
     }
 
-    /// Whether what one method prepares serves the other too.
+    /// Returns true if what one method prepares serves the other too.
     pub(crate) fn prepares_as(&self, other: &Self) -> bool {
         std::mem::discriminant(self) == std::mem::discriminant(other)
             && self.surfaces() == other.surfaces()

@@ -58,7 +58,7 @@ impl Drawing {
         }
     }
 
-    /// Whether pictures that exist are kept.
+    /// Returns true if pictures that exist are kept.
     pub fn resume(&self) -> bool {
         match self {
             Self::Texmap(args) => args.sequence.resume,

@@ -31,7 +31,7 @@ impl<T: Args> Given<T> {
         }
     }
 
-    /// Whether an option is given.
+    /// Returns true if an option is given.
     pub fn has(&self, name: &str) -> bool {
         self.names.contains(name)
     }

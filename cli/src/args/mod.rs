@@ -149,7 +149,7 @@ pub struct VolsplatArgs {
     /// Also write counts and times as JSON
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
-    /// Whether the volume is in its file or in memory.
+    /// Source of the volume: its file, or memory.
     #[arg(skip)]
     pub source: Source<HeldVolumes>,
     /// How the file is read.

@@ -29,7 +29,7 @@ pub struct TexmapArgs {
     /// Also write counts and times as JSON
     #[arg(long, value_name = "FILE.json")]
     pub stats: Option<PathBuf>,
-    /// Whether the mesh is in its file or in memory.
+    /// Source of the mesh: its file, or memory.
     #[arg(skip)]
     pub source: Source<Loaded>,
     /// The part of the file that is drawn.

@@ -49,7 +49,7 @@ pub struct Warp3dArgs {
     /// Most memory to use, such as 4G or 512M; a warp that needs more is refused, with the memory it needs
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub max_memory: Option<u64>,
-    /// Whether the pictures are in their files or in memory.
+    /// Source of the pictures: their files, or memory.
     #[arg(skip)]
     pub source: Source<HeldPictures>,
     /// Which cameras there are.

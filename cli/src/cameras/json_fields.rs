@@ -26,7 +26,7 @@ impl Fields {
         }
     }
 
-    /// Whether the object holds `key`.
+    /// Returns true if the object holds `key`.
     pub(crate) fn holds(&self, key: &str) -> bool {
         self.remaining.contains_key(key)
     }

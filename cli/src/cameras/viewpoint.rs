@@ -189,7 +189,7 @@ impl Names {
         }
     }
 
-    /// Whether the names are times.
+    /// Returns true if the names are times.
     pub(crate) fn are_times(&self) -> bool {
         matches!(self, Self::Named(set) if set.names == cameras::Names::Times)
     }

@@ -105,7 +105,7 @@ pub(crate) fn name(kind: DataKind) -> &'static str {
 /// How another look is asked for.
 const OTHER_LOOKS: &str = "other looks: --preset list, --window, --colormap, --transfer";
 
-/// Whether how values become colours was typed.
+/// Returns true if how values become colours was typed.
 pub(crate) fn is_typed(args: &TransferArgs) -> bool {
     args.transfer.is_some()
         || args.window.is_some()
@@ -137,7 +137,7 @@ pub(crate) fn of_data(
     (look.function, suggested)
 }
 
-/// Whether the volume is drawn as labels although nobody asked for that.
+/// Returns true if the volume is drawn as labels although nobody asked for that.
 pub(crate) fn are_labels(args: &VolsplatArgs, kind: DataKind) -> bool {
     let is_emission = matches!(
         args.render.options.blend.blend,

@@ -171,7 +171,7 @@ impl Opened {
         background.behind(image)
     }
 
-    /// Whether a picture can be drawn in bands: a warp casts all of its samples for each, and an order of samples may divide
+    /// Returns true if a picture can be drawn in bands: a warp casts all of its samples for each, and an order of samples may divide
     /// them otherwise.
     pub fn has_bands(&self) -> bool {
         match &self.scene {

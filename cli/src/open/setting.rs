@@ -64,7 +64,7 @@ impl Setting {
         }
     }
 
-    /// Whether the options fit one another.
+    /// Returns true if the options fit one another.
     pub fn is_legal(&self) -> bool {
         match self {
             Self::Volume(given) => crate::args::volume::order::order(given).is_ok(),
@@ -73,7 +73,7 @@ impl Setting {
         }
     }
 
-    /// Whether both draw the same pictures, as far as that is known without a look at them.
+    /// Returns true if both draw the same pictures, as far as that is known without a look at them.
     pub fn draws_like(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Mesh(own), Self::Mesh(other)) => own.options == other.options,

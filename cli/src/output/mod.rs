@@ -60,7 +60,7 @@ impl std::fmt::Display for WriteFailure {
     }
 }
 
-/// Whether a name means the standard output.
+/// Returns true if a name means the standard output.
 fn is_stdout(path: &Path) -> bool {
     path == Path::new("-")
 }

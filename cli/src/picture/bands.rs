@@ -40,7 +40,7 @@ impl Window {
     }
 }
 
-/// Whether the next band is drawn.
+/// The decision between two bands: draw the next, or stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
     /// Yes.

@@ -62,7 +62,7 @@ enum PlannedCameras {
     Path(CameraPath, Vec<Moment>),
 }
 
-/// Whether names need numbers.
+/// The number of pictures: several names need numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Pictures {
     /// One picture.

@@ -382,7 +382,7 @@ impl Pilot {
         TIME_MARGIN * all.fold(0.0, f64::max) * self.wall_per_cpu
     }
 
-    /// Whether anything is covered.
+    /// Returns true if anything is covered.
     pub(super) fn sees_something(&self) -> bool {
         !self.views.is_empty()
     }

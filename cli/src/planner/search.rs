@@ -32,7 +32,7 @@ pub(super) struct Tried {
     pub(super) keeps: Keeps,
 }
 
-/// Whether a setting keeps the bound.
+/// The result of testing a setting against the bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Keeps {
     Yes,
@@ -104,7 +104,7 @@ const ENOUGH_WITH_ERRORS_MS: f64 = 60.0;
 /// The time of a picture grows at least by this part of the growth of its work. A guess; it saves tries.
 const LEAST_GROWTH: f64 = 0.3;
 
-/// Whether the default keeps the bound, as far as the windows tell.
+/// The verdict of the windows on the default: it keeps the bound, breaks it, or is in doubt.
 enum Verdict {
     Keeps,
     /// Over the bound even without a margin.
@@ -184,7 +184,7 @@ pub(super) fn found(scene: &mut Scene, ladder: &Ladder, asked: Asked) -> Result<
     })
 }
 
-/// Whether a look might be worth its cost, as far as sizes show.
+/// Returns true if a look might be worth its cost, as far as sizes show.
 fn may_pay(scene: &Scene, views: usize) -> bool {
     let cameras = &scene.cameras;
     let picture = cameras.iter().map(pixels).fold(0.0, f64::max);
@@ -327,7 +327,7 @@ impl Search<'_, '_> {
         Ok(best)
     }
 
-    /// Whether a setting surely takes more than the time that is asked for, by the time of the last one that was tried.
+    /// Returns true if a setting surely takes more than the time that is asked for, by the time of the last one that was tried.
     fn is_too_slow(&self, rung: &Rung, last: &Rung) -> bool {
         match (self.asked, self.tried.last()) {
             (Asked::Time(most_ms), Some(tried)) => {
@@ -337,14 +337,14 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Whether so much was looked at that a volume's default may be left for less: a few windows of a single picture cannot
+    /// Returns true if so much was looked at that a volume's default may be left for less: a few windows of a single picture cannot
     /// show which of two settings has the smaller error, and more of them cost as much as is saved.
     fn may_undercut(&self) -> bool {
         let is_volume = matches!(self.scene.typed, Setting::Volume(_));
         !is_volume || self.pilot.draws * self.pilot.size().0 >= UNDERCUT_DRAWS
     }
 
-    /// Whether the last one tried has a larger error than the default, which came first. Windows miss errors that stand in a
+    /// Returns true if the last one tried has a larger error than the default, which came first. Windows miss errors that stand in a
     /// few pixels alone, and a volume's long steps have such errors: a bound is no licence to draw worse than the default.
     fn is_worse_than_default(&mut self) -> bool {
         let default = self.tried[0].error;

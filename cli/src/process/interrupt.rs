@@ -65,7 +65,7 @@ pub fn forget() {
     ASKED.store(false, Ordering::SeqCst);
 }
 
-/// Whether Ctrl-C was pressed.
+/// Returns true if Ctrl-C was pressed.
 pub(crate) fn asked() -> bool {
     ASKED.load(Ordering::SeqCst)
 }

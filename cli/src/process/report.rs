@@ -28,7 +28,7 @@ pub enum Verbosity {
 }
 
 impl Verbosity {
-    /// Whether bars are shown.
+    /// Returns the visibility of progress bars.
     pub(crate) fn progress(self) -> Progress {
         if self == Self::Quiet {
             Progress::Hidden

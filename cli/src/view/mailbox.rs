@@ -30,7 +30,7 @@ struct Inside {
     page: u64,
     waiting: VecDeque<Asked>,
     newest: Option<(u32, Motion, View)>,
-    /// Whether the page wants the picture in work no longer.
+    /// True if the page wants the picture in work no longer.
     is_cancelled: bool,
     shown: Option<u32>,
 }
@@ -119,7 +119,7 @@ impl Mailbox {
         }
     }
 
-    /// Whether a view or another page waits, or the page wants the picture in work no longer.
+    /// Returns true if a view or another page waits, or the page wants the picture in work no longer.
     pub(crate) fn has_newer(&self) -> bool {
         let inside = self.lock();
         inside.newest.is_some() || inside.opened.is_some() || inside.is_cancelled

@@ -56,7 +56,7 @@ impl Exactness {
     }
 }
 
-/// Whether a picture will be looked at longer than the next one takes.
+/// The state of the camera: moving pictures are replaced by the next, resting ones are looked at.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Motion {
@@ -141,7 +141,7 @@ pub(crate) struct PictureHead {
     pub(crate) height: u32,
     /// Wall time of the drawing, ms.
     pub(crate) draw_ms: f64,
-    /// Whether this is the last picture of the view.
+    /// True if this is the last picture of the view.
     pub(crate) is_last: bool,
 }
 

@@ -345,7 +345,7 @@ impl Subject {
         })
     }
 
-    /// Whether a band of a picture costs less than the whole.
+    /// Returns true if a band of a picture costs less than the whole.
     pub(crate) fn has_bands(&self) -> bool {
         self.opened.has_bands()
     }
@@ -442,7 +442,7 @@ impl Subject {
     }
 }
 
-/// Whether an error says that a frame was stopped.
+/// Returns true if an error says that a frame was stopped.
 fn is_stopped(error: &Error) -> bool {
     let stopped = error.downcast_ref::<volsplat::Error>();
     matches!(stopped, Some(volsplat::Error::Stopped))

@@ -204,7 +204,7 @@ impl Words {
         Ok(words)
     }
 
-    /// Whether the lens of the picture was typed.
+    /// Returns true if the lens of the picture was typed.
     fn has_lens(&self) -> bool {
         self.typed.has("from") || self.typed.has("intrinsics")
     }
@@ -242,7 +242,7 @@ impl Words {
     }
 }
 
-/// Whether a typed option cannot stand beside the page's changes, which are newer.
+/// Returns true if a typed option cannot stand beside the page's changes, which are newer.
 fn is_overridden(name: &str, changes: &Changes) -> bool {
     let chosen = |option: &str| changes.get(option)?.first().map(String::as_str);
     let is_surface = |blend| blend == "isosurface";
@@ -297,7 +297,7 @@ fn channel(value: &str) -> Result<[String; 3]> {
     Ok(["--channel".to_owned(), number.to_owned(), look.to_owned()])
 }
 
-/// Whether a background is no name of a file.
+/// Returns true if a background is no name of a file.
 fn is_colour(word: &str) -> bool {
     matches!(
         values::background(word),

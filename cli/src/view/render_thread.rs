@@ -53,7 +53,7 @@ pub(crate) struct Studio {
     shown: Option<(View, Vec<u8>)>,
     /// The file that is being written.
     job: Option<Job>,
-    /// Whether it is over.
+    /// Returns true once the page is closed.
     is_over: IsOver,
 }
 

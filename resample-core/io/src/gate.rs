@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::memory;
 
-/// Whether names inside files may lead out of their folder.
+/// Permission for names inside files to lead out of their folder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Outside {
     /// They may not.
@@ -192,7 +192,7 @@ impl Gate {
     }
 }
 
-/// Whether a path lies outside of a folder: as the system resolves it, or as it is spelt where nothing is there yet.
+/// Returns true if a path lies outside of a folder: as the system resolves it, or as it is spelt where nothing is there yet.
 fn leads_out(path: &Path, name: &str, root: &Path) -> bool {
     match (path.canonicalize(), here(root).canonicalize()) {
         (Ok(path), Ok(root)) => !path.starts_with(root),
@@ -200,7 +200,7 @@ fn leads_out(path: &Path, name: &str, root: &Path) -> bool {
     }
 }
 
-/// Whether a relative name never climbs above where it starts.
+/// Returns true if a relative name never climbs above where it starts.
 fn stays_below(name: &Path) -> bool {
     let mut depth = 0i32;
     name.components().all(|component| {

@@ -33,7 +33,7 @@ pub enum IndexRule {
     ConeCorrected,
 }
 
-/// Whether expected depth is gathered beside colour.
+/// Choice of the expected depth beside colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DepthRule {
     /// Colour only.
@@ -67,7 +67,7 @@ pub struct TileSettings {
     pub opacity: OpacityMode,
     /// Index of a splat.
     pub index: IndexRule,
-    /// Whether depth is gathered.
+    /// Choice of the depth plane.
     pub depth: DepthRule,
     /// Depth range of a sheet of points, world units.
     pub sheet_thickness: f32,
@@ -223,7 +223,7 @@ impl TilePixels {
         }
     }
 
-    /// Whether every pixel's transmittance is below the bound.
+    /// Returns true if every pixel's transmittance is below the bound.
     #[inline(always)]
     pub fn is_opaque<S: Simd>(&self, simd: S, min_transmittance: f32) -> bool {
         let mut most = S::f32s::splat(simd, 0.0);

@@ -126,7 +126,7 @@ impl Spline {
     }
 }
 
-/// Whether all samples around a place are on one surface, so far that no cut has an effect: a spline depends on samples `REACH`
+/// Returns true if all samples around a place are on one surface, so far that no cut has an effect: a spline depends on samples `REACH`
 /// away by no more than 0.27^REACH, 1e-6.
 fn on_one_surface(reference: &Reference, at: DVec2) -> bool {
     const REACH: usize = 11;

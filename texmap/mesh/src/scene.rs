@@ -74,7 +74,7 @@ pub struct Material {
     pub alpha: AlphaMode,
     /// Which sides are seen.
     pub sides: Sides,
-    /// Whether light falls on it.
+    /// Lit or unlit.
     pub lighting: Lighting,
     /// What the light of surroundings needs to know; `None` where the file says nothing of it.
     pub physical: Option<Physical>,
@@ -154,7 +154,7 @@ pub enum Sides {
     Both,
 }
 
-/// Whether light falls on a surface.
+/// Lit or unlit surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lighting {
     /// It shows its colour as it is.

@@ -197,13 +197,13 @@ impl Borders {
         }
     }
 
-    /// Whether there is any.
+    /// Returns true if there is any.
     #[inline(always)]
     pub(crate) fn any(&self) -> bool {
         self.count > 0
     }
 
-    /// Whether a border is nearer than `reach` texels.
+    /// Returns true if a border is nearer than `reach` texels.
     #[inline(always)]
     pub(crate) fn within(&self, place: [f32; 2], reach: f32) -> bool {
         self.borders[..self.count].iter().any(|border| {

@@ -110,7 +110,7 @@ impl Pyramid {
 }
 
 impl Pyramid {
-    /// Whether texels of both lie at the same places, level by level, with the same filters.
+    /// Returns true if texels of both lie at the same places, level by level, with the same filters.
     pub(crate) fn is_alike(&self, other: &Self) -> bool {
         // Levels and their filters follow from these.
         let size = |pyramid: &Self| pyramid.levels[0].size;

@@ -85,7 +85,7 @@ pub(crate) struct PreparedMaterial {
 }
 
 impl PreparedMaterial {
-    /// Whether every map of light is laid as the base texture is.
+    /// Returns true if every map of light is laid as the base texture is.
     pub(crate) fn maps_lie_as_base(&self) -> bool {
         let mut maps = self
             .physical

@@ -332,7 +332,7 @@ fn uv_at(planes: &UvPlanes, over_w: &Plane, at: [f32; 2]) -> UvAt {
     UvAt { u, v, jacobian }
 }
 
-/// Whether every footprint in the tile on a triangle reaches less than this far around it in a texture; `at` is a position
+/// Returns true if every footprint in the tile on a triangle reaches less than this far around it in a texture; `at` is a position
 /// of the triangle.
 fn is_within(planes: &UvPlanes, over_w: &Plane, at: [f32; 2], reach: Option<&f32>) -> bool {
     let Some(&reach) = reach.filter(|reach| **reach > 0.0) else {

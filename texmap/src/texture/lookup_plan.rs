@@ -94,7 +94,7 @@ impl Places {
         level.min(last).store_slice(&mut self.level);
     }
 
-    /// Whether the sub-pixel lies within a texel or so.
+    /// Returns true if the sub-pixel lies within a texel or so.
     #[inline(always)]
     pub(crate) fn is_plain(&self, at: usize) -> bool {
         self.reach[at] == 0.0
@@ -107,7 +107,7 @@ impl Places {
         u * u + v * v
     }
 
-    /// Whether look-ups of a sub-pixel see beyond a border of its chart.
+    /// Returns true if look-ups of a sub-pixel see beyond a border of its chart.
     #[inline(always)]
     pub(crate) fn sees_border(&self, at: usize, planes: &UvPlanes) -> bool {
         !self.is_plain(at)

@@ -31,7 +31,7 @@ const LEAST_VARIANCE: f32 = 0.5;
 /// sharpness across the direction of strong foreshortening.
 const MAX_TEXELS: f32 = 1024.0;
 
-/// Whether the texture is minified at a pixel, by more than `share` of what points need.
+/// Returns true if the texture is minified at a pixel, by more than `share` of what points need.
 pub(crate) fn is_minified(pixel: &PixelOnTexture, share: f32) -> bool {
     let of_full = covariance(pixel, &pixel.pyramid.levels[0]);
     of_full.eigenvalues()[0] >= share * LEAST_VARIANCE

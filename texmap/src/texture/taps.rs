@@ -159,7 +159,7 @@ pub(crate) struct Taps {
     column: [i32; LANES],
     row: [i32; LANES],
     place: [i32; LANES],
-    /// Whether all four texels lie in the picture.
+    /// Bits of look-ups whose four texels all lie in the picture.
     inside: u64,
     /// Shares of the right and of the lower ones.
     right: [f32; LANES],

@@ -76,7 +76,7 @@ impl Tile<'_> {
         );
     }
 
-    /// Whether each triangle of a mesh has a light of its own.
+    /// Returns true if each triangle of a mesh has a light of its own.
     fn is_flat(&self, mesh: &PreparedMesh) -> bool {
         mesh.normals.is_empty()
             && self.frame.scene.materials[mesh.material].light != LightKind::None

@@ -56,7 +56,7 @@ pub(crate) struct Layer {
 /// A triangle as one tile sees it, ready to be drawn.
 pub(crate) struct RasterTriangle {
     lines: [Plane; 3],
-    /// Whether a position on the line itself is inside.
+    /// True where a position on the line itself is inside.
     closed: [bool; 3],
     key: Plane,
     columns: [usize; 2],
@@ -123,7 +123,7 @@ impl RasterTriangle {
         Some(new).filter(|new| !new.misses_tile())
     }
 
-    /// Whether the whole tile lies outside one of the lines, whatever their rounding.
+    /// Returns true if the whole tile lies outside one of the lines, whatever their rounding.
     fn misses_tile(&self) -> bool {
         let outside = |line: &Plane| {
             TILE_CORNERS
@@ -133,7 +133,7 @@ impl RasterTriangle {
         self.lines.iter().any(outside)
     }
 
-    /// Whether it covers every sub-pixel of the tile, whatever the rounding of its lines.
+    /// Returns true if it covers every sub-pixel of the tile, whatever the rounding of its lines.
     pub(crate) fn covers_tile(&self, near: NearKey) -> bool {
         TILE_CORNERS.iter().all(|&at| {
             let clear = |line: &Plane| value(line, at) > slack(line);
@@ -171,7 +171,7 @@ impl RasterTriangle {
         first
     }
 
-    /// Whether the way from `p` to `q` enters the triangle, not leaves it, where it crosses the line opposite `corner`.
+    /// Returns true if the way from `p` to `q` enters the triangle, not leaves it, where it crosses the line opposite `corner`.
     #[inline(always)]
     pub(crate) fn opens(&self, corner: usize, p: [f32; 2], q: [f32; 2]) -> bool {
         let line = &self.lines[corner];

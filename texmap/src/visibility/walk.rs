@@ -21,7 +21,7 @@ pub(crate) trait Mesh {
     /// The triangle; `None` if it is translucent or nowhere near the tile.
     fn triangle(&self, id: u32) -> Option<&RasterTriangle>;
 
-    /// Whether both triangles are of one surface, seen from one side, have a corner in common, and jump nowhere there.
+    /// Returns true if both triangles are of one surface, seen from one side, have a corner in common, and jump nowhere there.
     fn meet(&self, ids: [u32; 2]) -> bool;
 
     /// The triangle beyond the line opposite `corner`; likely it is `expected`.
@@ -34,7 +34,7 @@ pub(crate) struct Beyond {
     pub(crate) id: u32,
     /// The corner of it that is opposite the line.
     pub(crate) corner: usize,
-    /// Whether colour may jump there.
+    /// True if colour may jump there.
     pub(crate) jumps: bool,
 }
 

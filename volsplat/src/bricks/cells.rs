@@ -109,7 +109,7 @@ impl ShownCells {
         self
     }
 
-    /// Whether there is one.
+    /// Returns true if there is one.
     pub(crate) fn any(&self) -> bool {
         self.rows != [0; CELL_ROWS]
     }
@@ -151,7 +151,7 @@ pub(crate) type Table = [f32; TABLE_LEN];
 /// A vector for each vertex of a brick, along the world's axes. The fourth number is 0: so one load takes a vector.
 pub(crate) type GradientTable = [[f32; 4]; TABLE_LEN];
 
-/// Whether bricks carry gradients.
+/// Bricks with or without gradients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Gradients {
     Without,

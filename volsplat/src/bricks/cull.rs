@@ -53,7 +53,7 @@ impl ViewVolume {
         Self { planes, radius }
     }
 
-    /// Whether any of the brick's kernels may reach into the view.
+    /// Returns true if any of the brick's kernels may reach into the view.
     pub(crate) fn sees(&self, bounds: &Bounds) -> bool {
         let corners = bounds.corners_in_grid(self.radius);
         self.planes
@@ -61,7 +61,7 @@ impl ViewVolume {
             .all(|(normal, offset)| corners.iter().any(|c| normal.dot(*c) + offset > 0.0))
     }
 
-    /// Whether the kernel of a sample at this grid position may reach into the view.
+    /// Returns true if the kernel of a sample at this grid position may reach into the view.
     pub(crate) fn sees_ball(&self, pos_in_grid: DVec3) -> bool {
         self.planes
             .iter()

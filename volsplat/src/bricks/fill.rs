@@ -230,7 +230,7 @@ impl FieldPlan<'_> {
 }
 
 impl PlannedChannel<'_> {
-    /// Whether nothing of a block is seen: of bytes, without a table of them.
+    /// Returns true if nothing of a block is seen: of bytes, without a table of them.
     fn is_surely_empty(&self, block: &Block) -> bool {
         let (Voxels::U8(voxels), Shown::Scalars(support)) = (&self.volume.voxels, &self.shown)
         else {
@@ -299,7 +299,7 @@ impl PlannedChannel<'_> {
 }
 
 impl Shown {
-    /// Whether any of the values, from the least to the greatest, may be seen.
+    /// Returns true if any of the values, from the least to the greatest, may be seen.
     #[inline(always)]
     pub(crate) fn meets(&self, range: [f32; 2]) -> bool {
         match self {

@@ -43,7 +43,7 @@ impl FieldPlan<'_> {
     }
 }
 
-/// Whether the bricks need gradients.
+/// Returns the gradients that the bricks need.
 pub(crate) fn gradients(options: &RenderOptions) -> Gradients {
     if options.follows_gradient() {
         Gradients::With

@@ -86,7 +86,7 @@ impl Support {
         }
     }
 
-    /// Whether all scalars of another support are in this one.
+    /// Returns true if all scalars of another support are in this one.
     pub(crate) fn covers(&self, other: &Self) -> bool {
         let holds = |part: &RangeInclusive<f32>| {
             self.intervals
@@ -96,7 +96,7 @@ impl Support {
         other.intervals.iter().all(holds)
     }
 
-    /// Whether any scalar from `low` to `high` may be visible.
+    /// Returns true if any scalar from `low` to `high` may be visible.
     #[inline(always)]
     pub(crate) fn meets(&self, low: f32, high: f32) -> bool {
         self.intervals
@@ -104,7 +104,7 @@ impl Support {
             .any(|s| high >= *s.start() && low <= *s.end())
     }
 
-    /// Whether one interval holds all scalars from the least to the greatest.
+    /// Returns true if one interval holds all scalars from the least to the greatest.
     pub(crate) fn holds(&self, [least, greatest]: [f32; 2]) -> bool {
         self.intervals
             .iter()

@@ -51,7 +51,7 @@ const SHELL_EDGE_SUBPIXELS: u32 = 2;
 pub(crate) struct FieldPipeline {
     pub(super) source: Source,
     pub(super) channels: Arc<[ChannelSettings]>,
-    /// Whether all bricks are kept, shown or not.
+    /// True if all bricks are kept, shown or not.
     pub(super) is_whole: bool,
     /// The scalars that bricks are kept for, and those that are seen now where they are fewer; one channel of scalars.
     pub(super) kept: Option<Support>,
@@ -164,7 +164,7 @@ impl FieldPipeline {
         bounds_in_world(self.source.bounds(), &self.clip, &self.world_from_index)
     }
 
-    /// Whether each frame reads the volume's file.
+    /// Returns true if each frame reads the volume's file.
     pub(crate) fn reads_file(&self) -> bool {
         matches!(self.source, Source::Streamed(_))
     }
@@ -257,7 +257,7 @@ impl FieldPipeline {
         channels.any(|channel| channel.reading == Reading::Nearest)
     }
 
-    /// Whether shells are drawn that are thinner than the distance of samples.
+    /// Returns true if shells are drawn that are thinner than the distance of samples.
     fn has_shells(&self) -> bool {
         let is_plain = self.channels.len() == 1 && self.options.gradient_opacity.is_none();
         let is_emission = self.options.blend() == Blend::Emission;

@@ -81,7 +81,7 @@ fn advance_while_open<'a>(
     (counts, TileState::Open)
 }
 
-/// Whether anything behind can still be seen in a tile.
+/// The state of a tile: open while samples behind can still contribute.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TileState {
     Open,

@@ -129,7 +129,7 @@ impl Block {
             .sum())
     }
 
-    /// Whether a voxel, counted in the block, is this block's own: the last ones along y and z are the next block's,
+    /// Returns true if a voxel, counted in the block, is this block's own: the last ones along y and z are the next block's,
     /// except at the end of the volume. Made without a margin.
     pub(crate) fn owns_line(&self, dims: [usize; 3], [y, z]: [usize; 2]) -> bool {
         let own = |axis: usize, at: usize| {

@@ -149,7 +149,7 @@ impl HalfSpace {
 }
 
 impl GridClip {
-    /// Whether a position, in the grid, is kept.
+    /// Returns true if a position, in the grid, is kept.
     pub(crate) fn keeps(&self, pos_in_grid: DVec3) -> bool {
         self.half_spaces
             .iter()

@@ -171,14 +171,14 @@ impl<'a> Scene<'a> {
         (0..self.grid().len()).into_par_iter().filter(seen).count() as u64
     }
 
-    /// Whether the mask shows the voxel at a linear index.
+    /// Returns true if the mask shows the voxel at a linear index.
     fn shows(&self, index: usize) -> bool {
         self.mask.is_none_or(|mask| mask.value(index) != 0.0)
     }
 }
 
 impl Channel<'_> {
-    /// Whether a value is seen by itself.
+    /// Returns true if a value is seen by itself.
     fn shows(&self, value: f64) -> bool {
         match self.look {
             Look::Transfer(transfer) => transfer.opacity(value) > 0.0,

@@ -28,7 +28,7 @@ impl<'a> VisibleValues<'a> {
         Self::Table { lowest, shown }
     }
 
-    /// Whether a value of the type is visible.
+    /// Returns true if a value of the type is visible.
     #[inline(always)]
     pub(crate) fn shows(&self, value: f64) -> bool {
         match self {

@@ -27,7 +27,7 @@ pub(crate) struct PlacedBrick {
     pub(crate) place: BrickPlace,
 }
 
-/// Whether footprints stay within the outlines of their kernels.
+/// The extent of footprints: within the outlines of their kernels, or beyond.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outlines {
     /// They do.

@@ -41,7 +41,7 @@ impl Hiding {
         Self { columns, sums }
     }
 
-    /// Whether a rectangle holds tiles, and all of them are opaque.
+    /// Returns true if a rectangle holds tiles, and all of them are opaque.
     #[inline(always)]
     pub(crate) fn hides(&self, rect: &TileRect) -> bool {
         if self.sums.is_empty() || rect.area() == 0 {

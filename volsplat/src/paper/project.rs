@@ -291,7 +291,7 @@ struct BlockSample<'a> {
     value: &'a [f32; 4],
 }
 
-/// Whether the box of a footprint misses the picture altogether (a small one inside may still miss every centre).
+/// Returns true if the box of a footprint misses the picture altogether (a small one inside may still miss every centre).
 fn outside(grid: TileGrid, block: &Block, i: usize) -> bool {
     let misses = |middle: f32, half: f32, count: usize| {
         !(middle + half > 0.0 && middle - half < count as f32)

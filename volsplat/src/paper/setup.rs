@@ -18,7 +18,7 @@ use crate::paper::samples::layer::Layer;
 use crate::paper::samples::sample_light::SampleLight;
 
 impl EverySample {
-    /// Whether footprints stay within their kernels' outlines.
+    /// Returns the extent of footprints beside their kernels' outlines.
     pub(crate) fn outlines(&self) -> Outlines {
         match (self.choices.select, self.choices.footprint) {
             (SelectMode::Ewa, _) | (_, FootprintMode::AffineApprox) => Outlines::Wider,

@@ -16,7 +16,7 @@ pub(crate) struct TileSlot {
     /// Half of the differences between the halves of the pixels, along x and along y; only where means are corrected by
     /// them.
     slopes: Vec<[Values; 2]>,
-    /// Whether `pixels` are of this frame.
+    /// True if `pixels` are of this frame.
     seen: bool,
     pub(crate) entries: Vec<u64>,
     /// Items listed in the tile, where they are not in `entries`.

@@ -105,7 +105,7 @@ impl TransferIntegrals {
         }
     }
 
-    /// Whether any place between two lies in the table.
+    /// Returns true if any place between two lies in the table.
     #[inline(always)]
     pub(crate) fn meets<S: Simd>(&self, simd: S, from: f32x16<S>, to: f32x16<S>) -> mask32x16<S> {
         let end = f32x16::splat(simd, (self.strength.len() - 1) as f32);

@@ -102,7 +102,7 @@ impl SheetSettings {
         }
     }
 
-    /// Whether the picture depends on the gradient.
+    /// Returns true if the picture depends on the gradient.
     pub(crate) fn needs_gradients(&self) -> bool {
         self.shade.is_some() || self.gradient_ramp.is_some()
     }

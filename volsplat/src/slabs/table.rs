@@ -193,7 +193,7 @@ fn shown_of(transfer: &TransferFunction, range: (f64, f64)) -> (f64, f64) {
     transfer.visible_range().unwrap_or(range)
 }
 
-/// Whether the extinction has a peak that samples half a voxel apart would miss: somewhere it stands above its means over
+/// Returns true if the extinction has a peak that samples half a voxel apart would miss: somewhere it stands above its means over
 /// the reach on either side. `beyond` is the extinction before the table and behind it.
 fn has_peaks(entries: &[[f32; 4]], beyond: [f32; 2], reach: f64) -> bool {
     let mut sums = vec![0.0];

@@ -55,7 +55,7 @@ pub(crate) fn beyond(
     (0..layer.rgba.len()).into_par_iter().map(of).collect()
 }
 
-/// Whether no reference shows the place at this depth behind a pixel.
+/// Returns true if no reference shows the place at this depth behind a pixel.
 fn is_beyond(view: &View<'_>, at: usize, depth: f32) -> bool {
     let width = view.camera.width as usize;
     let pos_in_screen = DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5);

@@ -102,7 +102,7 @@ pub(crate) fn fill(layer: &mut Layer, view: &View<'_>, how: Fill) -> Vec<f32> {
     mask
 }
 
-/// Whether a pixel shows one surface alone, so that it may be the rim of a hole.
+/// Returns true if a pixel shows one surface alone, so that it may be the rim of a hole.
 fn is_rim(layer: &Layer, at: usize) -> bool {
     layer.rgba[at][3] >= SOLID && layer.purity(at) >= PURE
 }
@@ -228,7 +228,7 @@ impl FarRims {
     }
 }
 
-/// Whether a rim pixel has neighbours enough of its own surface.
+/// Returns true if a rim pixel has neighbours enough of its own surface.
 fn is_of_surface(layer: &Layer, width: usize, at: usize) -> bool {
     let height = layer.rgba.len() / width;
     let (x, y, z) = (at % width, at / width, layer.depth[at]);

@@ -50,9 +50,9 @@ pub(crate) struct Hybrid {
     pub(crate) fine: Vec<Lattice>,
     /// The same for each band, grouped into surfaces.
     pub(crate) parts: Vec<SlotParts>,
-    /// Whether a pixel is resolved from the finer lattice.
+    /// Pixels that are resolved from the finer lattice.
     pub(crate) at_edge: Flags,
-    /// Whether a visible rim touches the pixel: then it has a place in the finer lattice. Of any other pixel its centre
+    /// Pixels that a visible rim touches: they have a place in the finer lattice. Of any other pixel its centre
     /// sees all.
     touched: Flags,
 }
@@ -268,7 +268,7 @@ impl Hybrid {
     }
 }
 
-/// Whether there is an edge between two neighbours that each see one thing.
+/// Returns true if there is an edge between two neighbours that each see one thing.
 fn differ(a: Sight, b: Sight, surfaces: &Surfaces) -> bool {
     match (a, b) {
         (Sight::Several, _) | (_, Sight::Several) => false,

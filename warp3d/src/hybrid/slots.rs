@@ -93,14 +93,14 @@ fn find(surfaces: &Surfaces, parts: &[SlotPart], last: &[u32], id: u32) -> Resul
 /// colours are taken apart, four tolerances, at up to three samples' distance.
 const STRICTLY: f32 = 0.75;
 
-/// Whether two pieces are of the same surface beyond doubt.
+/// Returns true if two pieces are of the same surface beyond doubt.
 pub(super) fn one_beyond_doubt(surfaces: &Surfaces, a: u32, b: u32) -> bool {
     let plane = |id: u32| Patch::new(surfaces, id);
     share_a_corner(surfaces, a, b)
         || one_surface(&plane(a), &plane(b), STRICTLY * surfaces.tolerance)
 }
 
-/// Whether two pieces are of one plane: the one lies on the other's, as far away as it is, and slopes as it does.
+/// Returns true if two pieces are of one plane: the one lies on the other's, as far away as it is, and slopes as it does.
 pub(crate) fn one_surface(a: &Patch, b: &Patch, tolerance: f32) -> bool {
     let allowed = f64::from(tolerance) * b.disparity.abs();
     let distance = (a.place - b.place).abs().max_element();

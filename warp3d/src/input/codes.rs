@@ -105,7 +105,7 @@ impl Scale {
     }
 }
 
-/// Whether a value is one of 16-bit floating point.
+/// Returns true if a value is one of 16-bit floating point.
 fn is_half(value: f32) -> bool {
     let (exponent, fraction) = parts(value.abs());
     exponent < 31 && Scale::Half.value(((exponent << 10) + fraction) as f32) == value.abs()
@@ -122,7 +122,7 @@ fn parts(value: f32) -> (i32, i32) {
     }
 }
 
-/// Whether multiples of `step` are numbers of a smooth map: many, and most of those from the least to the largest.
+/// Returns true if multiples of `step` are numbers of a smooth map: many, and most of those from the least to the largest.
 fn is_dense(values: impl Iterator<Item = f32>, step: u32) -> bool {
     let used: std::collections::BTreeSet<u32> = values.map(|value| value as u32 / step).collect();
     let (least, most) = (used.first(), used.last());
@@ -179,7 +179,7 @@ pub(super) fn smoothed(plane: &Plane, distance: &(dyn Fn(f32) -> f64 + Sync)) ->
 struct Codes {
     levels: Vec<i32>,
     width: usize,
-    /// Whether a sample is of one surface with the next along x (bit 0) and along y (bit 1).
+    /// Bit 0: the sample is of one surface with the next along x; bit 1: along y.
     links: Vec<u8>,
 }
 

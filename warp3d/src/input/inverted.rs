@@ -4,7 +4,7 @@
 /// part nearer in almost every picture; a guess that leaves ceilings and close walls without a note.
 const INVERTED_RATIO: f64 = 1.25;
 
-/// Whether the upper third of a picture is clearly nearer than the lower third.
+/// Returns true if the upper third of a picture is clearly nearer than the lower third.
 pub(super) fn looks_inverted(z: &[f32], width: usize) -> bool {
     let third = z.len() / width.max(1) / 3 * width;
     let median = |part: &[f32]| -> Option<f64> {

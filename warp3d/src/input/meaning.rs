@@ -147,7 +147,7 @@ impl DepthMeaning {
         Some(range.found().unwrap_or([f64::INFINITY, f64::NEG_INFINITY]))
     }
 
-    /// Whether numbers of some kind need a range, and none is given.
+    /// Returns true if numbers of some kind need a range, and none is given.
     pub(crate) fn may_need_range(&self) -> bool {
         let is_open = match self.kind {
             DepthKind::Relative => true,
@@ -157,13 +157,13 @@ impl DepthMeaning {
         is_open && self.range.is_none()
     }
 
-    /// Whether numbers of this kind need a range, and none is given.
+    /// Returns true if numbers of this kind need a range, and none is given.
     pub(crate) fn needs_range(&self, stored: Stored) -> bool {
         let is_code = matches!(stored, Stored::Code(_));
         self.may_need_range() && (is_code || self.kind == DepthKind::Relative)
     }
 
-    /// Whether a stored number may mean a depth.
+    /// Returns true if a stored number may mean a depth.
     pub(crate) fn is_known(&self, value: f32) -> bool {
         let is_unknown_code = self.kind == DepthKind::Inverse && value <= 0.0;
         value.is_finite() && !self.is_invalid(f64::from(value)) && !is_unknown_code

@@ -17,7 +17,7 @@ const FRAME_NUMBERS: usize = 1 << 18;
 
 /// The numbers that decide a range.
 pub(crate) struct RangeOf<'a> {
-    /// Whether a stored number may mean a depth.
+    /// Returns true if a stored number may mean a depth.
     is_known: &'a dyn Fn(f32) -> bool,
     width: usize,
     step: usize,
@@ -87,7 +87,7 @@ impl Receiver for RangeOf<'_> {
     }
 }
 
-/// Whether two numbers above 0 have a factor above 1 in common.
+/// Returns true if two numbers above 0 have a factor above 1 in common.
 fn has_common_factor(mut a: usize, mut b: usize) -> bool {
     while b > 0 {
         (a, b) = (b, a % b);

@@ -151,7 +151,7 @@ fn by_samples<S: Simd>(
     bounds.ranges()
 }
 
-/// Whether all samples of a reference with disparities up to the largest are in front.
+/// Returns true if all samples of a reference with disparities up to the largest are in front.
 #[simd]
 pub(crate) fn all_in_front<S: Simd>(simd: S, terms: &Terms, surfaces: &Surfaces) -> bool {
     let [width, height] = surfaces.size.map(|n| n as f64);

@@ -53,7 +53,7 @@ pub(crate) trait Sink {
     fn eight<S: Simd>(&mut self, simd: S, cells: &EightCells<S>);
     /// Eight quarters at cuts, which lie on the rims of their surfaces, and the numbers of their pieces.
     fn quads<S: Simd>(&mut self, simd: S, quads: &EightQuads<S>, id: impl Fn(usize) -> u32);
-    /// Whether anything within these columns and rows (px) can matter.
+    /// Returns true if anything within these columns and rows (px) can matter.
     fn wants(&self, columns: RowRange, rows: RowRange) -> bool;
 }
 

@@ -44,7 +44,7 @@ impl Quarter {
         (self.id % KINDS) as usize - 2
     }
 
-    /// Whether it reaches forwards along one axis and backwards along the other.
+    /// Returns true if it reaches forwards along one axis and backwards along the other.
     #[inline(always)]
     fn is_mirrored(&self) -> bool {
         matches!(self.id % KINDS - 2, 1 | 2)

@@ -231,7 +231,7 @@ fn row<S: Simd>(simd: S, resolver: &Resolver<'_>, y: usize, mut row: Row<'_>) ->
     row.seen()
 }
 
-/// Whether the reference knows a depth at the pixel that holds this place.
+/// Returns true if the reference knows a depth at the pixel that holds this place.
 fn known_at(prepared: &Prepared, pos_in_reference: DVec2) -> bool {
     let [width, height] = prepared.surfaces.size;
     let last = DVec2::new(width as f64, height as f64) - 1.0;

@@ -31,7 +31,7 @@ impl Row<'_> {
         self.purity.fill(1.0);
     }
 
-    /// Whether purity is asked for.
+    /// Returns true if purity is asked for.
     #[inline(always)]
     pub(super) fn asks_for_purity(&self) -> bool {
         !self.purity.is_empty()
@@ -66,7 +66,7 @@ pub(crate) struct Resolver<'a> {
     pub(super) size: [usize; 2],
     pub(super) level: Vectors,
     pub(super) weights: WindowWeights,
-    /// Whether surfaces end before infinity.
+    /// True if surfaces end before infinity.
     pub(super) has_front: bool,
     /// The purpose of the picture.
     pub(super) purpose: Purpose,

@@ -10,7 +10,7 @@ use crate::surfaces::piece::{ANTI, KINDS, cell_of, is_triangle};
 use crate::surfaces::surface::Surfaces;
 use crate::view::warp::Warp;
 
-/// Whether two pieces are one or are of joined cells that have a corner in common: they are on one surface, then.
+/// Returns true if two pieces are one or are of joined cells that have a corner in common: they are on one surface, then.
 pub(crate) fn share_a_corner(surfaces: &Surfaces, a: u32, b: u32) -> bool {
     // Cells at the ends of rows are never joined, so that neighbours by number are neighbours in the picture.
     let joined = is_triangle(a) && is_triangle(b);

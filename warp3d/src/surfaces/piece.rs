@@ -18,7 +18,7 @@ pub(crate) fn patch_id(cell: usize, kind: u32) -> u32 {
     cell as u32 * KINDS + kind
 }
 
-/// Whether a piece is a triangle of a joined cell.
+/// Returns true if a piece is a triangle of a joined cell.
 #[inline(always)]
 pub(crate) fn is_triangle(id: u32) -> bool {
     id.wrapping_add(KINDS - ANTI) % KINDS < 4

@@ -129,7 +129,7 @@ impl Votes {
     }
 }
 
-/// Whether the surfaces beside a ramp go on without turning back.
+/// Returns true if the surfaces beside a ramp go on without turning back.
 fn is_flat_around(line: &[f32], ramp: &Ramp) -> bool {
     let rise = line[ramp.last] - line[ramp.first];
     let turns = |from: usize| {

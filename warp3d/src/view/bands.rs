@@ -34,7 +34,7 @@ impl RowRange {
         self.high = self.high.max(other.high);
     }
 
-    /// Whether the range touches rows `first..end` (px).
+    /// Returns true if the range touches rows `first..end` (px).
     pub(crate) fn touches(&self, first: usize, end: usize) -> bool {
         self.high >= first as f32 && self.low <= end as f32
     }

@@ -94,7 +94,7 @@ impl Flags {
         self.words[y * self.per_row + x / WORD]
     }
 
-    /// Whether any pixel of these columns and rows, first and last, is in the set.
+    /// Returns true if any pixel of these columns and rows, first and last, is in the set.
     #[inline]
     pub(crate) fn any(&self, columns: [usize; 2], rows: [usize; 2]) -> bool {
         let [first, last] = [columns[0] / WORD, columns[1] / WORD];

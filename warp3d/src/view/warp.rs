@@ -152,7 +152,7 @@ impl Warp {
         (self.target, self.near)
     }
 
-    /// Whether a warped sample is in front of the near plane.
+    /// Returns true if a warped sample is in front of the near plane.
     pub fn in_front(&self, warped: &Warped) -> bool {
         let before = match self.target {
             Projection::Perspective => warped.divisor > 0.0,

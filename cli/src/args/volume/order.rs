@@ -107,7 +107,7 @@ fn choosers(given: &Given<RenderArgs>) -> Vec<Chooser> {
         .collect()
 }
 
-/// Whether an option asks for what every order does.
+/// Returns true if an option asks for what every order does.
 fn is_neutral(name: &str, args: &RenderArgs) -> bool {
     name == "blend" && args.blend.blend == Some(RayBlend::Emission)
 }

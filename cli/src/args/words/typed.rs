@@ -42,7 +42,7 @@ impl Typed {
         }
     }
 
-    /// Whether an option was typed: its long name without dashes.
+    /// Returns true if an option was typed: its long name without dashes.
     pub fn has(&self, name: &str) -> bool {
         self.options.iter().any(|(typed, _)| typed == name)
     }

@@ -127,7 +127,7 @@ struct Tracks {
     /// principal point.
     numbers: Vec<Vec<f64>>,
     orientations: Vec<DQuat>,
-    /// Whether the eye is away from the pivot.
+    /// True if the eye is away from the pivot.
     orbits: bool,
 }
 

@@ -55,7 +55,7 @@ pub(crate) enum Between<'a, T> {
 }
 
 impl VolumeKey {
-    /// Whether the key says nothing.
+    /// Returns true if the key says nothing.
     pub(crate) fn is_empty(&self) -> bool {
         let clips = self.crop.is_some() || self.crop_voxels.is_some() || self.clip_planes.is_some();
         self.look.is_none() && !clips

@@ -148,7 +148,7 @@ impl Layout {
         whole
     }
 
-    /// Whether the depth of the convergence decides where the views stand.
+    /// Returns true if the depth of the convergence decides where the views stand.
     pub fn needs_convergence(&self) -> bool {
         matches!(
             self,

@@ -44,7 +44,7 @@ pub(super) struct Row {
     pub(super) picture: String,
     /// Its FLIP error, a file beside the report.
     pub(super) heatmap: String,
-    /// Whether no other setting is both faster and nearer (CPU time, RMSE).
+    /// True if no other setting is both faster and nearer (CPU time, RMSE).
     #[serde(default)]
     pub(super) pareto: bool,
 }

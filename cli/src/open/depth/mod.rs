@@ -72,7 +72,7 @@ impl Open {
         &self.ready.cameras
     }
 
-    /// Whether a part of a picture can be drawn without the rest.
+    /// Returns true if a part of a picture can be drawn without the rest.
     pub(crate) fn has_parts(&self) -> bool {
         // What fills a hole may come from anywhere on its rim.
         self.ready.drawer.layout == Layout::Single && self.args.render.options.fill == Fill::None
@@ -245,7 +245,7 @@ fn check_frames(args: &Warp3dArgs, purpose: Purpose) -> Result<()> {
     }
 }
 
-/// Whether the filled part or the confidence of the picture is written.
+/// Returns true if the filled part or the confidence of the picture is written.
 fn has_planes(args: &Warp3dArgs) -> bool {
     args.filled.is_some() || args.confidence.is_some()
 }

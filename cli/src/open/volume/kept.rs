@@ -56,7 +56,7 @@ impl Open {
         })
     }
 
-    /// Whether the trilinear field is drawn, and not samples.
+    /// Returns true if the trilinear field is drawn, and not samples.
     pub(crate) fn is_field(&self) -> bool {
         matches!(self.options.order, Order::Field(_))
     }

@@ -29,7 +29,7 @@ use crate::process::{interrupt, report};
 pub(crate) use fingerprint::Fingerprint;
 pub(crate) use part::Part;
 
-/// Whether the next picture is drawn: nobody has pressed Ctrl-C, and whoever follows the run wants it.
+/// Returns true if the next picture is drawn: nobody has pressed Ctrl-C, and whoever follows the run wants it.
 fn goes_on(log: &RunLog, done: usize, total: usize) -> bool {
     let wanted = log
         .follow
@@ -231,7 +231,7 @@ fn todo<'a>(sequence: &Sequence<'a>) -> Result<(Vec<Todo<'a>>, usize)> {
     Ok((todo, kept))
 }
 
-/// Whether a picture that exists is as this run would write it; says why where it is not.
+/// Returns true if a picture that exists is as this run would write it; says why where it is not.
 fn keeps(file: &Path, (camera, number): (&Camera, usize), sequence: &Sequence) -> Result<bool> {
     let wrong = match input_picture::known(file) {
         Err(error) => report::one_line(&error),

@@ -45,7 +45,7 @@ impl Part {
         })
     }
 
-    /// Whether a tile of each picture is drawn.
+    /// Returns true if a tile of each picture is drawn.
     pub(crate) fn has_tile(&self) -> bool {
         self.tile.is_some()
     }

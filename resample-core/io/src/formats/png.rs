@@ -13,7 +13,7 @@ use crate::files::{fault, first_bytes, open};
 use crate::rows::{Row, Rows};
 use resample_core::Error;
 
-/// Whether the file is interlaced: the last byte of its header, which begins at byte 16 and has 13.
+/// Returns true if the file is interlaced: the last byte of its header, which begins at byte 16 and has 13.
 pub(crate) fn is_interlaced(path: &Path) -> Result<bool, Error> {
     Ok(first_bytes(path, 29)?
         .get(28)

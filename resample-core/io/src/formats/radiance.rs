@@ -21,7 +21,7 @@ const PACKED_WIDTHS: std::ops::Range<usize> = 8..1 << 15;
 /// A pixel: red, green, blue, exponent.
 type Pixel = [u8; 4];
 
-/// Whether rows come from the top and pixels from the left.
+/// Returns true if rows come from the top and pixels from the left.
 pub(crate) fn is_by_rows(path: &Path) -> Result<bool, Error> {
     let (file, _) = open(path)?;
     let found = size(&mut BufReader::new(file));

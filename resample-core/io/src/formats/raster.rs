@@ -21,7 +21,7 @@ use crate::receiver::{Receiver, Room};
 use crate::rows::{Row, Rows};
 use resample_core::Error;
 
-/// Whether the file has alpha.
+/// Returns true if the file has alpha.
 pub(crate) fn decode_colour(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {
     let mut rows = ColourRows {
         to,

@@ -1,6 +1,6 @@
 //! What readers of TIFF files share: how a file begins, and how much a file of some length can unpack to.
 
-/// Whether a file that begins with `head` is a TIFF or BigTIFF file.
+/// Returns true if a file that begins with `head` is a TIFF or BigTIFF file.
 pub fn begins(head: &[u8]) -> bool {
     [b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"]
         .iter()

@@ -54,7 +54,7 @@ pub(super) fn hold(what: &str, error: f64, bound: f64) {
     assert!(error < bound, "{what}: off by {error}, bound {bound}");
 }
 
-/// Whether any pixel shows something: a test of an empty picture tests nothing.
+/// Returns true if any pixel shows something: a test of an empty picture tests nothing.
 pub(super) fn shows(volume: &Volume, camera: &Camera) -> bool {
     render(volume, &coloured(0.6), &full(SelectMode::Splats), camera)
         .rgba

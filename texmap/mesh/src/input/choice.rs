@@ -15,7 +15,7 @@ pub struct LoadOptions {
     pub pose: Option<Pose>,
     /// Equirectangular picture of the light around the scene, HDR or EXR; without it the built-in studio.
     pub environment: Option<PathBuf>,
-    /// Whether the maps of light (roughness, metal, normals, occlusion) are read.
+    /// Choice to read or skip the maps of light (roughness, metal, normals, occlusion).
     pub light_maps: LightMaps,
     /// What becomes of pictures and material files that the file names and that cannot be read.
     pub unreadable: Unreadable,
@@ -25,7 +25,7 @@ pub struct LoadOptions {
     pub gate: Gate,
 }
 
-/// Whether the maps of light are read.
+/// Choice to read or skip the maps of light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LightMaps {
     /// For the light of surroundings.

@@ -20,7 +20,7 @@ use crate::input::finish::{checked, origin, polygon};
 use crate::input::pictures::picture::load_picture;
 use crate::scene::{Material, Mesh, Scene, Sides};
 
-/// Whether a file starts as PLY does.
+/// Returns true if a file starts as PLY does.
 pub(super) fn looks_like(bytes: &[u8]) -> bool {
     bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r")
 }

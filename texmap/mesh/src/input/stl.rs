@@ -17,7 +17,7 @@ const HEADER_BYTES: usize = 84;
 /// Bytes of a binary triangle.
 const TRIANGLE_BYTES: usize = 50;
 
-/// Whether a file is STL: text that begins so, or a count of triangles that fits the length to the byte, or the beginning of
+/// Returns true if a file is STL: text that begins so, or a count of triangles that fits the length to the byte, or the beginning of
 /// it and what triangles look like.
 pub(super) fn looks_like(head: &[u8], length: u64) -> bool {
     is_binary(head, length) || is_text(head) || has_triangles(head, length)
@@ -34,7 +34,7 @@ fn is_binary(bytes: &[u8], length: u64) -> bool {
     claimed(bytes) == Some(length)
 }
 
-/// Whether the file is longer than its count says, and begins with triangles: finite numbers, normals of length 0 or 1, and
+/// Returns true if the file is longer than its count says, and begins with triangles: finite numbers, normals of length 0 or 1, and
 /// a corner away from the first.
 fn has_triangles(head: &[u8], length: u64) -> bool {
     let Some(claimed) = claimed(head).filter(|&claimed| claimed < length) else {

@@ -7,7 +7,7 @@ use crate::field::walk::gather::GatherScratch;
 
 /// What becomes of packed samples.
 pub(crate) trait PackedRule {
-    /// Whether samples hide those behind them.
+    /// True if samples hide those behind them.
     const HIDES: bool;
 
     /// Which pixels of a row take samples of the brick. Those that are found later are asked again, one by one.

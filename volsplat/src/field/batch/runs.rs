@@ -21,7 +21,7 @@ use crate::slabs::view::BLOCK_PX;
 /// that are ten times as long 200; to ask costs about as much as ten planes.
 const FEW_PLANES: u32 = 4 * REMEMBERED_PLANES as u32;
 
-/// Whether a brick has so many planes that runs of them are looked for.
+/// Returns true if a brick has so many planes that runs of them are looked for.
 pub(crate) fn is_long(placed: &PlacedBrick) -> bool {
     let [first, end] = placed.planes;
     end.saturating_sub(first) > FEW_PLANES

@@ -85,17 +85,17 @@ impl FieldSettings {
         }
     }
 
-    /// Whether there is one channel, of scalars.
+    /// Returns true if there is one channel, of scalars.
     pub(crate) fn is_one_channel(&self) -> bool {
         self.channels.len() == 1 && self.channels[0].reading == Reading::Trilinear
     }
 
-    /// Whether samples are only classified and composited: not lit, mixed, or searched for a surface.
+    /// Returns true if samples are only classified and composited: not lit, mixed, or searched for a surface.
     pub(crate) fn is_plain(&self) -> bool {
         !self.walks_rays() && self.rule() == Rule::Over
     }
 
-    /// Whether bricks are walked along rays, instead of plane by plane.
+    /// Returns true if bricks are walked along rays, instead of plane by plane.
     pub(crate) fn walks_rays(&self) -> bool {
         let is_integrated = matches!(self.rule(), Rule::Over | Rule::Shaded)
             && self.sheets.table.integrals().is_some();

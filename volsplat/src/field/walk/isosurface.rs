@@ -124,7 +124,7 @@ fn add_half_row<S: Simd>(
     seen
 }
 
-/// Whether two values lie on either side of 0; 0 itself counts as above.
+/// Returns true if two values lie on either side of 0; 0 itself counts as above.
 #[inline(always)]
 fn is_across<S: Simd>(simd: S, a: f32x8<S>, b: f32x8<S>) -> mask32x8<S> {
     let zero = f32x8::splat(simd, 0.0);

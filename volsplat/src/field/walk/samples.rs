@@ -125,7 +125,7 @@ impl PackedSamples {
         self.count += count;
     }
 
-    /// Whether another vector of samples might not fit.
+    /// Returns true if another vector of samples might not fit.
     #[inline(always)]
     pub(crate) fn is_full(&self) -> bool {
         self.count + LANES > BATCH

@@ -118,7 +118,7 @@ impl SegmentList {
         self.count += found.inside.to_bitmask().count_ones() as usize;
     }
 
-    /// Whether another vector of parts might not fit.
+    /// Returns true if another vector of parts might not fit.
     #[inline(always)]
     pub(crate) fn is_full(&self) -> bool {
         self.count + PAIR_LANES > BATCH

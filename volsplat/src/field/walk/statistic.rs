@@ -84,7 +84,7 @@ pub(crate) fn in_best_order(statistic: Statistic, bricks: &mut [&PlacedBrick]) {
     }
 }
 
-/// Whether no sample of the brick can change what the pixels under it have.
+/// Returns true if no sample of the brick can change what the pixels under it have.
 pub(crate) fn is_idle(
     statistic: Statistic,
     placed: &PlacedBrick,

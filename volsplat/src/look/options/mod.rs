@@ -51,7 +51,7 @@ pub struct RenderOptions {
     pub min_transmittance: f32,
     /// The length, in world units, over which a transfer function's opacity is meant; `None` is the smallest spacing.
     pub opacity_unit: Option<f64>,
-    /// Whether the picture carries a depth plane.
+    /// The depth plane of the picture.
     pub depth: DepthPlane,
     /// Vector instructions to use. Levels agree to rounding.
     pub simd: SimdLevel,
@@ -163,7 +163,7 @@ impl RenderOptions {
         self.field().map_or(Blend::Emission, |field| field.blend)
     }
 
-    /// Whether the gradient changes the picture.
+    /// Returns true if the gradient changes the picture.
     pub(crate) fn follows_gradient(&self) -> bool {
         self.shading != Shading::None || self.gradient_opacity.is_some()
     }
@@ -174,7 +174,7 @@ impl RenderOptions {
         unit.max(SHORTEST_UNIT * smallest_spacing)
     }
 
-    /// Whether what was prepared for these options serves the others: only what each frame reads anew differs.
+    /// Returns true if what was prepared for these options serves the others: only what each frame reads anew differs.
     pub(crate) fn prepares_like(&self, other: &Self) -> bool {
         let mut alike = Self {
             subpixels: self.subpixels,

@@ -49,7 +49,7 @@ pub enum Subpixels {
     Fixed(u32),
 }
 
-/// Whether the picture carries a depth plane.
+/// The depth plane of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",

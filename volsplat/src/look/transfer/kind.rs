@@ -197,7 +197,7 @@ impl Pairs {
     }
 }
 
-/// Whether every voxel is a whole number.
+/// Returns true if every voxel is a whole number.
 fn is_whole(voxels: &Voxels) -> bool {
     match voxels {
         Voxels::F32(values) => values.iter().all(|value| value.fract() == 0.0),

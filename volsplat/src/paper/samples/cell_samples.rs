@@ -210,7 +210,7 @@ impl Sampler<'_> {
         }
     }
 
-    /// Whether two means show different pictures over an opacity unit: their opacities, or what they emit.
+    /// Returns true if two means show different pictures over an opacity unit: their opacities, or what they emit.
     fn differ(&self, a: Sum, b: Sum) -> bool {
         let shown = |sum: Sum| {
             let opacity = match self.opacity {

@@ -80,7 +80,7 @@ fn listed(folder: &Path, pattern: &str) -> Result<Vec<PathBuf>, Error> {
     Ok(named.into_iter().map(|(_, path)| path).collect())
 }
 
-/// Whether a name fits a pattern: `*` stands for any characters, `?` for one.
+/// Returns true if a name fits a pattern: `*` stands for any characters, `?` for one.
 fn matches(name: &str, pattern: &str) -> bool {
     let (name, pattern): (Vec<char>, Vec<char>) =
         (name.chars().collect(), pattern.chars().collect());

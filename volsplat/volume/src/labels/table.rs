@@ -77,7 +77,7 @@ impl LabelTable {
         self
     }
 
-    /// Whether a label is drawn; as [`LabelTable::look`], without making a colour.
+    /// Returns true if a label is drawn; as [`LabelTable::look`], without making a colour.
     pub fn shows(&self, label: i64) -> bool {
         let is_shown = match &self.looks {
             Looks::Distinct => label != 0,

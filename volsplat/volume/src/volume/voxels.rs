@@ -260,7 +260,7 @@ impl Voxels {
         with_voxels!(self, slice => slice.len())
     }
 
-    /// Whether there is no scalar.
+    /// Returns true if there is no scalar.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

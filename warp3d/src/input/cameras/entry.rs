@@ -39,7 +39,7 @@ pub struct CameraSet {
     pub entries: Vec<Entry>,
     /// The geometry of a rectified pair, where the file states one.
     pub pair: Option<Pair>,
-    /// Whether names are times in seconds, of which the nearest is meant.
+    /// The meaning of names: texts, or times in seconds, of which the nearest is meant.
     pub names: Names,
 }
 

@@ -16,7 +16,7 @@ pub(super) fn is_it(value: &Value) -> bool {
     cameras(value).is_some()
 }
 
-/// Whether a file holds a lens alone.
+/// Returns true if a file holds a lens alone.
 pub(super) fn is_lens(value: &Value) -> bool {
     value.get("intrinsic_matrix").is_some()
 }

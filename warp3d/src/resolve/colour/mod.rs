@@ -320,7 +320,7 @@ impl Lookup<'_> {
         }
     }
 
-    /// Whether no cut is among the sixteen samples around the place behind the sample `index`, [`NOWHERE`] for one beside
+    /// Returns true if no cut is among the sixteen samples around the place behind the sample `index`, [`NOWHERE`] for one beside
     /// which there are not sixteen.
     #[inline(always)]
     pub(crate) fn is_clear(surfaces: &Surfaces, index: u32) -> bool {
@@ -340,7 +340,7 @@ impl Lookup<'_> {
         (self.surfaces.clearance[index] >= 3).then_some(index)
     }
 
-    /// Whether no cut is within `reach` samples.
+    /// Returns true if no cut is within `reach` samples.
     fn clear_around(&self, at: DVec2, reach: usize) -> bool {
         let [width, height] = self.surfaces.size;
         let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < width as f64 && at.y < height as f64;
@@ -349,7 +349,7 @@ impl Lookup<'_> {
                 > reach + 1
     }
 
-    /// Whether a sample lies on the patch's plane, as far from the patch as it is.
+    /// Returns true if a sample lies on the patch's plane, as far from the patch as it is.
     #[inline]
     fn counts(&self, x: usize, y: usize, index: usize) -> bool {
         let offset = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - self.patch.place;

@@ -56,7 +56,7 @@ impl EightFilters {
         wide_across: 0,
     };
 
-    /// Whether a filter so much minified along its longer axis, squared, is small enough.
+    /// Returns true if a filter so much minified along its longer axis, squared, is small enough.
     #[inline(always)]
     pub(crate) fn can_hold(minification2: f32) -> bool {
         PIXEL_SIGMA_PX * PIXEL_SIGMA_PX * (f64::from(minification2) - 1.0) < SAMPLED_VARIANCE

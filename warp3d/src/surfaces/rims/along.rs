@@ -126,7 +126,7 @@ impl Edge<'_> {
         })
     }
 
-    /// Whether the cuts after two samples of neighbouring rows, the second shifted by some samples, are one edge: of one
+    /// Returns true if the cuts after two samples of neighbouring rows, the second shifted by some samples, are one edge: of one
     /// nearer surface, on the same side.
     fn is_one(&self, index: usize, next: usize, shift: i32) -> bool {
         let (surfaces, axis) = (self.surfaces, self.axis);

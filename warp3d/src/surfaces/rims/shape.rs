@@ -56,7 +56,7 @@ impl Around<'_> {
         }
     }
 
-    /// Whether two samples side by side, by their numbers, are linked.
+    /// Returns true if two samples side by side, by their numbers, are linked.
     fn linked(&self, a: usize, b: usize) -> bool {
         let first = self.samples[a].min(self.samples[b]);
         self.surfaces.linked_on(first, axis_of(a, b))
@@ -87,7 +87,7 @@ impl Around<'_> {
         }
     }
 
-    /// Whether a sample is of the surface of sample 0.
+    /// Returns true if a sample is of the surface of sample 0.
     fn is_own(&self, i: usize) -> bool {
         let by = |way: &[usize]| way.windows(2).all(|w| self.linked(w[0], w[1]));
         match i {
@@ -98,7 +98,7 @@ impl Around<'_> {
         }
     }
 
-    /// Whether the cell holds a corner of a surface: one sample is alone, and the edges on either side of it come straight
+    /// Returns true if the cell holds a corner of a surface: one sample is alone, and the edges on either side of it come straight
     /// along a row and along a column.
     fn has_corner(&self) -> bool {
         (0..4).any(|k| {
@@ -107,7 +107,7 @@ impl Around<'_> {
         })
     }
 
-    /// Whether the cut between `k` and `next` has the same place one sample further away from the cell.
+    /// Returns true if the cut between `k` and `next` has the same place one sample further away from the cell.
     fn comes_straight(&self, k: usize, next: usize) -> bool {
         let (surfaces, axis) = (self.surfaces, axis_of(k, next));
         let [width, height] = surfaces.size;

@@ -84,7 +84,7 @@ impl Surfaces {
         Some(limb)
     }
 
-    /// Whether a sample is linked with the one beside it.
+    /// Returns true if a sample is linked with the one beside it.
     fn linked_beside(&self, index: usize, axis: usize, forwards: bool) -> bool {
         let first = if forwards {
             index

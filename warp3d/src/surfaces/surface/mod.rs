@@ -121,12 +121,12 @@ impl Surfaces {
         self.slopes = Slopes::new(count, |index| clearance[index] == 0, slopes);
     }
 
-    /// Whether the sample at `index` is linked with the next one along an axis (0: x, 1: y).
+    /// Returns true if the sample at `index` is linked with the next one along an axis (0: x, 1: y).
     pub(crate) fn linked_on(&self, index: usize, axis: usize) -> bool {
         self.links[index] & [RIGHT, BELOW][axis] != 0
     }
 
-    /// Whether the sample `a` is nearer to the reference's eye than `b`.
+    /// Returns true if the sample `a` is nearer to the reference's eye than `b`.
     pub(crate) fn nearer(&self, a: usize, b: usize) -> bool {
         match self.projection {
             Projection::Perspective => self.disparity[a] > self.disparity[b],

@@ -28,7 +28,7 @@ use resample_core::Error;
 /// First four bytes of every EXR file.
 const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
-/// Whether a file with these first bytes is an EXR file.
+/// Returns true if a file with these first bytes is an EXR file.
 pub(crate) fn is_exr(start: &[u8]) -> bool {
     start.starts_with(&MAGIC)
 }
@@ -48,7 +48,7 @@ pub(crate) fn size(path: &Path) -> Result<[u32; 2], Error> {
 pub struct Channels {
     /// Names, with those of their parts, and the types of their numbers.
     pub all: Vec<(String, &'static str)>,
-    /// Whether there are colours, and beside them a channel that is taken for depth.
+    /// True if there are colours, and beside them a channel that is taken for depth.
     pub has_colour_and_depth: bool,
 }
 

@@ -27,7 +27,7 @@ pub(super) struct Document {
 
 const MAGIC: &[u8; 4] = b"glTF";
 
-/// Whether a file starts as a binary glTF does.
+/// Returns true if a file starts as a binary glTF does.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }

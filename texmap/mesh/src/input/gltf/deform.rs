@@ -26,7 +26,7 @@ pub(super) struct Placed {
     pub normals: Vec<DVec3>,
     /// One per position; empty where the file has none.
     pub tangents: Vec<[f32; 4]>,
-    /// Whether the space around each position is mirrored, so that its triangles turn round.
+    /// True where the space around a position is mirrored, so that its triangles turn round.
     pub mirrored: Vec<bool>,
 }
 

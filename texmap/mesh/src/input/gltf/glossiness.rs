@@ -37,7 +37,7 @@ pub(super) fn diffuse(
     Ok(([r, g, b, a], info))
 }
 
-/// Whether it says more than is drawn: a picture of specular colour and gloss, or a reflection that is neither a dielectric's nor that of a metal.
+/// Returns true if it says more than is drawn: a picture of specular colour and gloss, or a reflection that is neither a dielectric's nor that of a metal.
 pub(super) fn is_simplified(value: &serde_json::Value) -> bool {
     let is_metal = light(value).metal == 1.0;
     // Without a factor it is white, which no dielectric has.

@@ -35,7 +35,7 @@ use deform::Place;
 use document::Transform;
 use material::Materials;
 
-/// Whether a file starts as a binary glTF does.
+/// Returns true if a file starts as a binary glTF does.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
     container::is_binary(bytes)
 }

@@ -62,7 +62,7 @@ impl Entry {
         }
     }
 
-    /// Whether it says anything of metal, roughness or normals.
+    /// Returns true if it says anything of metal, roughness or normals.
     pub(super) fn is_physical(&self) -> bool {
         self.roughness.is_some()
             || self.metal.is_some()

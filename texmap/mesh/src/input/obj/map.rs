@@ -18,7 +18,7 @@ pub(super) struct Map {
     pub scale: [f32; 2],
     /// Added to u and v, v from the bottom.
     pub offset: [f32; 2],
-    /// Whether the border goes on outside, instead of the picture again.
+    /// True if the border goes on outside, instead of the picture again.
     pub clamp: bool,
     /// Which channel is the number, of a map of numbers.
     pub channel: Channel,

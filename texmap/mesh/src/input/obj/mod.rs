@@ -26,7 +26,7 @@ use mtl::Library;
 /// Largest number of polygon corners in all: more do not fit into 32-bit indices.
 const MAX_CORNERS: usize = u32::MAX as usize / 2;
 
-/// Whether a file looks like an OBJ: one of its first lines begins with a word of the format.
+/// Returns true if a file looks like an OBJ: one of its first lines begins with a word of the format.
 pub(super) fn looks_like(bytes: &[u8]) -> bool {
     // Comments at the top can be long.
     const LOOKED_AT: usize = 1 << 16;

@@ -133,7 +133,7 @@ pub(crate) fn append(voxels: &mut Voxels, part: Voxels) {
     }
 }
 
-/// Whether two parts hold the same type, so that [`append`] can join them.
+/// Returns true if two parts hold the same type, so that [`append`] can join them.
 pub(crate) fn same_type(voxels: &Voxels, part: &Voxels) -> bool {
     std::mem::discriminant(voxels) == std::mem::discriminant(part)
 }

@@ -37,7 +37,7 @@ struct Header {
     world_from_index: DAffine3,
 }
 
-/// Whether an unpacked file that begins with `head` is of this format.
+/// Returns true if an unpacked file that begins with `head` is of this format.
 pub(crate) fn begins(head: &[u8]) -> bool {
     let Some(fields) = head.get(..USED_BYTES) else {
         return false;

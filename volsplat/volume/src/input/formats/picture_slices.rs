@@ -27,7 +27,7 @@ const COLOURS: usize = 3;
 /// Red, green and blue in the brightness of linear light (Rec. 709).
 const BRIGHTNESS: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
-/// Whether a file that begins with `head` is such a picture.
+/// Returns true if a file that begins with `head` is such a picture.
 pub(crate) fn begins(head: &[u8]) -> bool {
     head.starts_with(b"\x89PNG\r\n\x1a\n") || head.starts_with(b"\xff\xd8\xff")
 }

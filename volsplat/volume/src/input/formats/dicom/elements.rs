@@ -43,7 +43,7 @@ const NEEDED_SEQUENCES: [Tag; 6] = [
     0x0028_9145,
 ];
 
-/// Whether a file that begins with `head` is DICOM.
+/// Returns true if a file that begins with `head` is DICOM.
 pub(crate) fn begins(head: &[u8]) -> bool {
     head.get(PREAMBLE_BYTES..)
         .is_some_and(|rest| rest.starts_with(MARK))
@@ -53,7 +53,7 @@ pub(crate) fn begins(head: &[u8]) -> bool {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Encoding {
     endian: Endian,
-    /// Whether each element says which kind of value it has.
+    /// True if each element says which kind of value it has.
     is_explicit: bool,
 }
 

@@ -31,7 +31,7 @@ use header::Picture;
 use spacing::Even;
 use stack::{Slice, Stack};
 
-/// Whether a file that begins with `head` is DICOM.
+/// Returns true if a file that begins with `head` is DICOM.
 pub(crate) fn begins(head: &[u8]) -> bool {
     elements::begins(head)
 }

@@ -25,7 +25,7 @@ mod header;
 
 use header::{Encoding, Header};
 
-/// Whether a file that begins with `head` is a MetaImage.
+/// Returns true if a file that begins with `head` is a MetaImage.
 pub(crate) fn begins(head: &[u8]) -> bool {
     header::begins(head)
 }

@@ -69,7 +69,7 @@ pub(crate) const MAX_HEADER_BYTES: u64 = BYTES_2 as u64;
 /// Greatest number of axes in the format.
 const MAX_DIMENSION: i64 = 7;
 
-/// Whether an unpacked file that begins with `head` is NIfTI.
+/// Returns true if an unpacked file that begins with `head` is NIfTI.
 pub(crate) fn is_nifti(head: &[u8]) -> bool {
     match begin(head) {
         Some((BYTES_1, _)) => head
@@ -82,7 +82,7 @@ pub(crate) fn is_nifti(head: &[u8]) -> bool {
     }
 }
 
-/// Whether it is a header of ANALYZE 7.5, from which NIfTI grew: the same length without the mark.
+/// Returns true if it is a header of ANALYZE 7.5, from which NIfTI grew: the same length without the mark.
 pub(crate) fn is_analyze(head: &[u8]) -> bool {
     // Its field "regular", at byte 38, is always r; a headerless file must not be taken for a header.
     matches!(begin(head), Some((BYTES_1, _))) && head.get(38) == Some(&b'r') && !is_nifti(head)

@@ -26,7 +26,7 @@ pub(crate) struct Image {
     /// Bytes of a number in the header in front of binary data: 4 or 8.
     pub(crate) header_bytes: usize,
     pub(crate) packing: Packing,
-    /// Whether values stand at the centres of cells.
+    /// True if values stand at the centres of cells.
     pub(crate) is_of_cells: bool,
     pub(crate) source: Source,
 }

@@ -55,7 +55,7 @@ pub(crate) struct Choice<'a> {
     pub(crate) component: Option<usize>,
 }
 
-/// Whether a file that begins with `head` is XML of VTK, of any kind of data.
+/// Returns true if a file that begins with `head` is XML of VTK, of any kind of data.
 pub(crate) fn begins(head: &[u8]) -> bool {
     let head = head
         .strip_prefix(b"\xef\xbb\xbf")

@@ -22,7 +22,7 @@ pub(crate) struct Array {
     pub(crate) components: usize,
     pub(crate) tuples: usize,
     pub(crate) centring: Centring,
-    /// Whether a text has shares of 255 where bytes are meant, as colours are written.
+    /// True if a text has shares of 255 where bytes are meant, as colours are written.
     has_shares: bool,
 }
 

@@ -36,7 +36,7 @@ const MAX_CHUNKS: usize = 1 << 24;
 /// shape is taken for a forgery. A guess.
 const FEWEST_CHUNKS: usize = 1000;
 
-/// Whether a folder is a Zarr store.
+/// Returns true if a folder is a Zarr store.
 pub(crate) fn begins(folder: &Path) -> bool {
     folder.is_dir() && MARKS.iter().any(|mark| folder.join(mark).is_file())
 }

@@ -28,7 +28,7 @@ impl Size {
         Self::AtMost(most.saturating_add(most / 8).saturating_add(SURPLUS_BYTES))
     }
 
-    /// Whether a size that a header states can be right.
+    /// Refuses a size in a header that cannot be right.
     pub(crate) fn check(self, stated: usize) -> Result<(), String> {
         match self {
             Self::Exactly(needed) if stated != needed => Err(format!(
