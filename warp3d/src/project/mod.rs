@@ -27,7 +27,6 @@ pub(crate) use cells::{EightCells, EightQuads, EightTriangles, HALVES, QuadBlock
 use extent::{all_in_front, count_in_front, extents, range_of};
 use project::Bounds;
 pub(crate) use project::{Terms, narrow};
-#[cfg(feature = "input")]
 pub(crate) use quarters::Quarters;
 use rows::WarpedRows;
 pub(crate) use scan::{SLACK, scan_triangle};
