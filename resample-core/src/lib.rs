@@ -31,6 +31,7 @@ pub mod metrics;
 pub mod simd;
 pub mod clock;
 pub mod stop;
+pub mod scratch;
 pub mod error;
 
 pub use camera::framing::Framing;

@@ -19,7 +19,9 @@ data=${RESAMPLE_DATA:-$here/../../../shared/data}
 [ -d "$data" ] && data=$(realpath "$data")
 [ -x "$binary" ] || { echo "$1: not a program" >&2; exit 2; }
 
-work=$(mktemp -d)
+# Pictures of a sequence carry a fingerprint of their command, paths included: two runs must use one folder.
+work=${TMPDIR:-/tmp}/resample-digests
+mkdir "$work" || { echo "$work: another run is using it, or was killed: remove it" >&2; exit 2; }
 trap 'rm -rf "$work"' EXIT
 mkdir "$work/in" "$work/runs"
 export binary data work here

@@ -9,7 +9,7 @@ use resample_tests::scenes::{
     coloured, full, orthographic, perspective, random_volume, worst_difference,
 };
 use volsplat::procedural::blobs;
-use volsplat::{DepthPlane, RenderOptions, Renderer, Volume};
+use volsplat::{DepthPlane, FieldOptions, RenderOptions, Renderer, Subpixels, Volume};
 
 const MODES: [SelectMode; 4] = [
     SelectMode::Hybrid,
@@ -143,6 +143,35 @@ fn vector_levels_agree_to_rounding() {
                 difference < 1e-5,
                 "{select:?}: {level:?} differs from scalar by {difference}"
             );
+        }
+    }
+}
+
+/// Rayon divides a frame's tiles by recursion, and a thread that waits runs other parts on top of its own: the locals of a task are
+/// on its stack some thirty times. With a task's scratch among them, one picture in eight overflowed 2 MB on five threads.
+#[test]
+fn a_frame_fits_an_eighth_of_a_threads_stack() {
+    const STACK_BYTES: usize = 1 << 18;
+    let pool = ThreadPoolBuilder::new()
+        .num_threads(5)
+        .stack_size(STACK_BYTES)
+        .build()
+        .expect("threads");
+    let (volume, camera) = scene();
+    let camera = Camera {
+        width: 160,
+        height: 126,
+        ..camera
+    };
+    let field = RenderOptions {
+        subpixels: Subpixels::Fixed(8),
+        ..RenderOptions::of_field(FieldOptions::default())
+    };
+    let kernels = RenderOptions::kernel_sheets();
+    for options in [field, options(SelectMode::Hybrid), kernels] {
+        for _ in 0..4 {
+            let image = pool.install(|| frame(&mut renderer(&volume, &options), &camera));
+            assert!(image.rgba.iter().any(|pixel| pixel[3] > 0.0));
         }
     }
 }

@@ -5,6 +5,7 @@
 
 use rayon::prelude::*;
 use resample_core::clock::{StageClock, ThreadClock};
+use resample_core::scratch::on_heap;
 use resample_core::tile::{TILE_PX, TileGrid, TileLists};
 
 use crate::bricks::cells::CellField;
@@ -55,7 +56,7 @@ impl FieldFrame<'_> {
         let columns = grid.columns();
         slots.resize_with(columns * grid.rows(), TileSlot::default);
         slots.par_iter_mut().enumerate().for_each_init(
-            GatherScratch::default,
+            on_heap::<GatherScratch>,
             |scratch, (index, slot)| {
                 let at = [index % columns, index / columns];
                 let list = lists.tile(at[0], at[1]);

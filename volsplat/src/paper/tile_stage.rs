@@ -9,6 +9,7 @@ use resample_core::composite::{
     TilePixels, TileSettings, TileWork, composite_slices, composite_tile,
 };
 use resample_core::maps::{MapSource, TileMaps};
+use resample_core::scratch::on_heap;
 use resample_core::sort::{entry_key, sort_by_depth};
 use resample_core::tile::{Primitive, TILE_PX, TileGrid};
 
@@ -97,7 +98,7 @@ impl TileStage<'_> {
             .map(|chunk| chunk.bins.primitives.as_slice())
             .collect();
         let tiles = slots.par_iter_mut().zip(open).enumerate();
-        tiles.for_each_init(Scratch::default, |scratch, (index, (slot, open))| {
+        tiles.for_each_init(on_heap::<Scratch>, |scratch, (index, (slot, open))| {
             let at = [index % columns, index / columns];
             let start = ThreadClock::start();
             let before = open.pending.len();

@@ -11,6 +11,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 use resample_core::clock::{StageClock, ThreadClock};
+use resample_core::scratch::on_heap;
 use resample_core::tile::{TILE_PX, TileGrid, TileLists, TileRect};
 use resample_volume::Watch;
 
@@ -213,38 +214,41 @@ impl Band<'_> {
         let lists = TileLists::new(&self.grid, &rects);
         let (columns, first_row) = (self.grid.columns(), self.rows.start);
         let tiles = self.tiles.par_iter_mut().zip(slots).enumerate();
-        tiles.for_each_init(GatherScratch::default, |scratch, (index, (tile, slot))| {
-            let at = [index % columns, first_row + index / columns];
-            let list = lists.tile(at[0], at[1]);
-            slot.list_more(list.len());
-            if list.is_empty() || matches!(tile, Progress::Opaque) {
-                return;
-            }
-            let start = ThreadClock::start();
-            match tile {
-                Progress::Begun(begun) => scratch.resume(settings, begun),
-                _ => scratch.begin(settings),
-            }
-            let corner_px = at.map(|tile| tile * TILE_PX);
-            let view = TileView::new(self.frame.view, corner_px, &settings.sheets);
-            let front_to_back = list.iter().map(|&brick| &placed[brick as usize]);
-            let (counts, state) = advance_tile(settings, &view, front_to_back, scratch);
-            slot.count(counts);
-            slot.count_samples(scratch.work);
-            *tile = match state {
-                TileState::Opaque => {
-                    end_tile(settings, scratch);
-                    slot.show(
-                        &scratch.pixels,
-                        self.frame.subpixels as usize,
-                        self.frame.means,
-                    );
-                    Progress::Opaque
+        tiles.for_each_init(
+            on_heap::<GatherScratch>,
+            |scratch, (index, (tile, slot))| {
+                let at = [index % columns, first_row + index / columns];
+                let list = lists.tile(at[0], at[1]);
+                slot.list_more(list.len());
+                if list.is_empty() || matches!(tile, Progress::Opaque) {
+                    return;
                 }
-                TileState::Open => Progress::Begun(Box::new(scratch.suspend(settings))),
-            };
-            slot.composite_ms += start.elapsed_ms();
-        });
+                let start = ThreadClock::start();
+                match tile {
+                    Progress::Begun(begun) => scratch.resume(settings, begun),
+                    _ => scratch.begin(settings),
+                }
+                let corner_px = at.map(|tile| tile * TILE_PX);
+                let view = TileView::new(self.frame.view, corner_px, &settings.sheets);
+                let front_to_back = list.iter().map(|&brick| &placed[brick as usize]);
+                let (counts, state) = advance_tile(settings, &view, front_to_back, scratch);
+                slot.count(counts);
+                slot.count_samples(scratch.work);
+                *tile = match state {
+                    TileState::Opaque => {
+                        end_tile(settings, scratch);
+                        slot.show(
+                            &scratch.pixels,
+                            self.frame.subpixels as usize,
+                            self.frame.means,
+                        );
+                        Progress::Opaque
+                    }
+                    TileState::Open => Progress::Begun(Box::new(scratch.suspend(settings))),
+                };
+                slot.composite_ms += start.elapsed_ms();
+            },
+        );
         let begun = self
             .tiles
             .iter()
@@ -307,7 +311,7 @@ impl Band<'_> {
             ..
         } = *self.frame;
         let tiles = self.tiles.par_iter().zip(slots);
-        tiles.for_each_init(GatherScratch::default, |scratch, (tile, slot)| {
+        tiles.for_each_init(on_heap::<GatherScratch>, |scratch, (tile, slot)| {
             if let Progress::Begun(begun) = tile {
                 scratch.resume(settings, begun);
                 end_tile(settings, scratch);

@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use resample_core::clock::{StageClock, ThreadClock};
 use resample_core::composite::TilePixels;
+use resample_core::scratch::on_heap;
 use resample_core::sort::{EXACT_KEYS, entry_key, sort_by_depth};
 use resample_core::tile::{ChunkBins, TILE_PX, TileGrid};
 use resample_core::{Camera, GridView, Projection, SelectMode};
@@ -247,7 +248,7 @@ impl SheetFrame<'_> {
             .map(|chunk| chunk.bins.primitives.as_slice())
             .collect();
         slots.par_iter_mut().enumerate().for_each_init(
-            KernelScratch::default,
+            on_heap::<KernelScratch>,
             |scratch, (index, slot)| {
                 let at = [index % columns, index / columns];
                 slot.reset(0);
