@@ -89,6 +89,15 @@ pub(crate) fn time_alone(opened: &mut Opened, camera: &Camera, reps: u16) -> Res
     })
 }
 
+/// How many of `reps` frames are worth drawing where one takes `frame_ms`: further ones sharpen a time that is far from all others
+/// anyway.
+pub(crate) fn worthwhile_reps(reps: u16, frame_ms: f64) -> u16 {
+    /// The most that one setting's frames take together, ms, unless two take more. A guess.
+    const MOST_MS: f64 = 2000.0;
+    let most = (MOST_MS / frame_ms.max(1.0)) as u16;
+    reps.min(most.max(2))
+}
+
 /// The time of `own`, whose frames alternate with those of `other`, which takes `time` alone.
 pub(crate) fn time_beside(
     own: &mut Opened,
@@ -221,6 +230,15 @@ mod tests {
         assert_eq!(quartiles(vec![7.0]), [7.0; 3]);
         assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
         assert_eq!(median(Vec::new()), 0.0);
+    }
+
+    #[test]
+    fn slow_frames_are_repeated_twice() {
+        assert_eq!(worthwhile_reps(9, 10.0), 9);
+        assert_eq!(worthwhile_reps(9, 500.0), 4);
+        assert_eq!(worthwhile_reps(9, 1e5), 2);
+        assert_eq!(worthwhile_reps(1, 1e5), 1);
+        assert_eq!(worthwhile_reps(9, 0.0), 9);
     }
 
     #[test]

@@ -12,7 +12,7 @@ use crate::args::words::typed;
 use crate::args::words::typed::Typed;
 use crate::args::{Drawing, TradeOptions};
 use crate::measure::figures::FLICKER;
-use crate::measure::{Reference, Time, figures};
+use crate::measure::{Reference, Rendered, Time, figures};
 use crate::open::Opened;
 use crate::open::setting::Setting;
 use crate::output::{Depth, Format};
@@ -40,6 +40,8 @@ pub(super) struct Beside {
     default: Opened,
     time: Time,
     reference: Reference,
+    /// The most exact setting and its picture, drawn for the reference already: it is also a row.
+    exact: Option<(Setting, Rendered)>,
     /// Cameras of the flicker; empty where it is not measured.
     steps: Vec<Camera>,
 }
@@ -73,10 +75,14 @@ impl Beside {
         let mut default = Opened::read(drawing, Purpose::Compare, Verbosity::Quiet)?;
         let cameras = default.cameras().first().copied();
         let camera = cameras.context("there is no camera to draw from")?;
-        let mut exact = scene.opened(&ladders::exact(&scene.drawing))?;
-        let image = match &options.truth {
-            Some(path) => input_picture::read(path)?,
-            None => measure::rendered(&mut exact, &camera)?.image,
+        let exact_setting = ladders::exact(&scene.drawing);
+        let mut exact = scene.opened(&exact_setting)?;
+        let (image, rendered) = match &options.truth {
+            Some(path) => (input_picture::read(path)?, None),
+            None => {
+                let rendered = measure::rendered(&mut exact, &camera)?;
+                (rendered.image.clone(), Some(rendered))
+            }
         };
         let steps = if options.flicker {
             measure::sub_pixel_steps(&camera)
@@ -86,10 +92,19 @@ impl Beside {
         Ok(Self {
             reference: Reference::new(image, measure::pictures(&mut exact, &steps)?),
             time: measure::time_alone(&mut default, &camera, options.reps)?,
+            exact: rendered.map(|rendered| (exact_setting, rendered)),
             default,
             camera,
             steps,
         })
+    }
+
+    /// The picture of a setting: of the most exact one that of the reference.
+    fn first(&mut self, setting: &Setting, own: &mut Opened) -> Result<Rendered> {
+        match self.exact.take_if(|(exact, _)| exact == setting) {
+            Some((_, rendered)) => Ok(rendered),
+            None => measure::rendered(own, &self.camera),
+        }
     }
 
     /// One row of the report, and its pictures; its command is filled in by the caller.
@@ -101,14 +116,10 @@ impl Beside {
     ) -> Result<Row> {
         let alone = probe::measured(&scene.words_with(&setting.setting)?, &options.out)?;
         let mut own = scene.opened(&setting.setting)?;
-        let first = measure::rendered(&mut own, &self.camera)?;
-        let beside = measure::time_beside(
-            &mut own,
-            &mut self.default,
-            self.time,
-            &self.camera,
-            options.reps,
-        )?;
+        let first = self.first(&setting.setting, &mut own)?;
+        let reps = measure::worthwhile_reps(options.reps, first.time.cpu_ms);
+        let beside =
+            measure::time_beside(&mut own, &mut self.default, self.time, &self.camera, reps)?;
         let mut error = figures::record(&self.reference.comparison(&first.image)?);
         let moving = measure::pictures(&mut own, &self.steps)?;
         if let Some(flicker) = self.reference.flicker(&moving) {
