@@ -24,6 +24,7 @@ mod occlusion;
 mod over_reference;
 mod packed_samples;
 mod popping;
+mod prose;
 mod scene;
 mod shading;
 mod sheet_properties;
