@@ -23,7 +23,7 @@ pub(crate) struct Arrays<'py> {
     largest_depth: Option<u32>,
 }
 
-/// What the arrays hold.
+/// The picture of the arrays.
 pub(crate) fn picture(arrays: &Arrays<'_>) -> PyResult<HeldPicture> {
     let guard = read(&arrays.colour, "colour")?;
     let (height, width, _) = guard.as_array().dim();

@@ -270,7 +270,7 @@ fn with_plan(mut stats: Value, planned: Option<&Value>) -> Value {
     stats
 }
 
-/// What a new value of an option changes; `None` for an option that decides what is read.
+/// The effect of an option's new value; `None` for an option that decides what is read.
 fn change_of(application: Application, name: &str) -> Option<Change> {
     let is_of = |names: Vec<String>| names.iter().any(|known| known == name);
     if is_of(names_of::<CameraArgs>())

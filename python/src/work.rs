@@ -18,7 +18,7 @@ use crate::fault;
 /// Time after which signals are asked for: nobody notices it.
 const PATIENCE: Duration = Duration::from_millis(20);
 
-/// What a work and whoever waits for it say to each other.
+/// Messages between a worker and its waiter.
 #[derive(Clone, Default)]
 pub(crate) struct Reins(Arc<Shared>);
 
@@ -44,7 +44,7 @@ impl Reins {
     }
 }
 
-/// What came of a work, and what it would have printed.
+/// The result of a work, and its messages.
 pub(crate) struct Done<T> {
     pub(crate) value: T,
     pub(crate) lines: Vec<String>,

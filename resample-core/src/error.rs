@@ -1,4 +1,4 @@
-//! What can go wrong, said so that the reader can act: the file, the place, what was expected, what to do.
+//! Errors, worded so that the reader can act: the file, the place, the expected value, the remedy.
 
 use thiserror::Error;
 

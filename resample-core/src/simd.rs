@@ -1,4 +1,4 @@
-//! Which vector instructions the tile kernels use, and the few functions on vectors that they share.
+//! The vector instructions of the tile kernels, and the few functions on vectors that they share.
 //!
 //! The kernels are written once, generic over the vector width; the level is chosen at run time by [`dispatch!`](crate::dispatch). Each
 //! kernel is compiled three times: for AVX-512, for AVX2 with FMA, and for the baseline of the target. Levels between

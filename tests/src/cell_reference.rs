@@ -1,4 +1,4 @@
-//! What cells of voxels carry, in f64 and by definition: the parts that a volume is drawn in.
+//! Cells of voxels, in f64 and by definition: the parts that a volume is drawn in.
 //!
 //! A cell, or a part of it, is asked at the points of a lattice of quarters of a cell that lie in it: the trilinear field
 //! there, through the transfer function itself. Its extinction is their mean, its colour their mean weighted by extinction. A

@@ -1,4 +1,4 @@
-//! What measuring programs have in common: how many frames are timed, and the one thread that they are timed on.
+//! Shared by measuring programs: the number of timed frames, and the one thread that they are timed on.
 //!
 //! Takes the program's first argument, and gives the number of frames or says how the program is used.
 

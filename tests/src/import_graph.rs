@@ -1,4 +1,4 @@
-//! Which files of a crate import which: takes the folder of its sources, returns the circles among files and among folders, and
+//! The imports between the files of a crate: takes the folder of its sources, returns the circles among files and among folders, and
 //! their sizes.
 //!
 //! A file imports another if it names something that is defined there, by `use` or by a path in its code. A `pub use` hands
@@ -199,7 +199,7 @@ fn reachable<'a>(
     seen
 }
 
-/// Which paths of a file are asked for.
+/// The kind of a file's paths.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Exports {
     /// Those of `pub use`.

@@ -12,7 +12,7 @@ use crate::frames::one_thread;
 
 /// A renderer in the comparison, and what it has shown so far.
 pub struct Entrant {
-    /// What the tables call it.
+    /// Its name in tables.
     pub name: String,
     /// Cost of every frame that was timed, in order.
     pub stats: Vec<FrameStats>,

@@ -22,7 +22,7 @@ const DIFFUSE: f64 = 0.7;
 /// Reference steps in a step of the renderer.
 const FINER: u32 = 16;
 
-/// What a pixel shows.
+/// The value of a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct IsoPixel {
     /// Light on the surface, times coverage: the red, green or blue of a white surface.

@@ -14,11 +14,11 @@ use crate::scenes::transfer;
 
 /// A volume with its transfer function.
 pub struct Subject {
-    /// What tables call it.
+    /// Its name in tables.
     pub name: &'static str,
     /// The volume.
     pub volume: Volume,
-    /// What of it is seen.
+    /// Its transfer function.
     pub transfer: TransferFunction,
 }
 

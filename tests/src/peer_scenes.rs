@@ -42,13 +42,13 @@ pub enum Distance {
 /// One view of one volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scene {
-    /// What is seen.
+    /// The subject.
     pub subject: Subject,
     /// From where.
     pub distance: Distance,
 }
 
-/// Which picture is the truth.
+/// The picture that is the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Truth {
     /// One ray through each pixel's centre.

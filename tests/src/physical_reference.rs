@@ -20,7 +20,7 @@ pub struct Reflector {
     pub roughness: f64,
 }
 
-/// What a dielectric reflects along its normal.
+/// The reflectance of a dielectric along its normal.
 const DIELECTRIC: DVec3 = DVec3::splat(0.04);
 
 /// Surroundings with lamps, walls and colours, by a formula: `height` rows.
@@ -118,7 +118,7 @@ pub fn reflected(
     specular + dielectric.lerp(metal, surface.metal) * irradiance
 }
 
-/// What a surface sends to the eye of a small light of radiance times solid angle 1, reflected once.
+/// The light that a surface sends to the eye from a small light of radiance times solid angle 1, reflected once.
 pub fn of_small_light(surface: &Reflector, (normal, eye): (DVec3, DVec3), light: DVec3) -> DVec3 {
     let (to_light, to_eye) = (normal.dot(light), normal.dot(eye));
     if to_light <= 0.0 || to_eye <= 0.0 {

@@ -20,7 +20,7 @@ pub const ARC_DEG: f64 = 4.0;
 /// A view that turns around a centre.
 #[derive(Clone, Copy, Debug)]
 pub struct Turn {
-    /// What is looked at, world units.
+    /// The point in the middle of the picture, world units.
     pub centre: DVec3,
     /// The eye at 0 degrees, from the centre.
     pub eye: DVec3,

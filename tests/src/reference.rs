@@ -33,7 +33,7 @@ const TILE: usize = 16;
 /// Variance of the pixel's Gaussian, px^2.
 const PIXEL_VARIANCE: f64 = 0.25;
 
-/// What is to be rendered.
+/// The scene to render.
 #[derive(Clone, Copy, Debug)]
 pub struct Scene<'a> {
     /// The voxels.
@@ -46,12 +46,12 @@ pub struct Scene<'a> {
     pub options: &'a RenderOptions,
 }
 
-/// What a pixel shows.
+/// The value of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferencePixel {
     /// Linear, premultiplied.
     pub rgb: [f64; 3],
-    /// What is left to be seen behind.
+    /// Transmittance so far.
     pub transmittance: f64,
     /// Opacity-weighted mean of camera z along this pixel's ray, at the distances of the samples; +infinity if empty.
     pub depth: f64,
@@ -82,7 +82,7 @@ struct Sample {
     rgb: [f64; 3],
     strength: f64,
     depth: f64,
-    /// What comes first: the depth, or the distance of the sample's slice from the eye.
+    /// The first key of the order: the depth, or the distance of the sample's slice from the eye.
     rank: f64,
     screen: DVec2,
     kind: Kind,
@@ -90,7 +90,7 @@ struct Sample {
     tiles: [[usize; 2]; 2],
 }
 
-/// What all pixels share.
+/// Values shared by all pixels.
 struct Setup<'a> {
     scene: Scene<'a>,
     kernel: ReferenceKernel,
@@ -277,7 +277,7 @@ impl Setup<'_> {
         [x, y].map(|[first, end]| [first / TILE, (end - 1) / TILE + 1])
     }
 
-    /// What a splat adds to the optical depth (or opacity) of a ray: the kernel's line integral beyond the near plane.
+    /// The optical depth (or opacity) that a splat adds to a ray: the kernel's line integral beyond the near plane.
     fn along_ray(&self, sample: &Sample, ray: &Ray) -> f64 {
         let start = (self.scene.camera.near - ray.nearest(sample.index)) * ray.direction.length();
         let start = if matches!(sample.kind, Kind::Near) {

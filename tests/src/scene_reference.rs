@@ -26,7 +26,7 @@ const POSITION_ERROR: f64 = 2e-5;
 /// Colour times extinction, and extinction.
 type Mixed = ([f64; 3], f64);
 
-/// What all rays share.
+/// Values shared by all rays.
 struct Setup<'a> {
     scene: &'a Scene<'a>,
     options: &'a RenderOptions,
@@ -142,7 +142,7 @@ impl Setup<'_> {
         (0..count).map(move |i| first_plane + i as f64)
     }
 
-    /// What the renderer may take a sample for: scalars within half a step of their tables, the ramp within the error of a
+    /// The values that the renderer may use for a sample: scalars within half a step of their tables, the ramp within the error of a
     /// gradient, either side of what a position may be taken for.
     fn candidates(&self, at: DVec3) -> Vec<Mixed> {
         let count = self.scene.channels.len() + 1;
@@ -167,7 +167,7 @@ impl Setup<'_> {
         found
     }
 
-    /// What the channels add up to at a grid position; the volume and the clip are `wider` on all sides, and the scalars
+    /// The sum of the channels at a grid position; the volume and the clip are `wider` on all sides, and the scalars
     /// and, last, the ramp are off by their errors times `signs`.
     fn mixed(&self, at: DVec3, wider: f64, signs: &[f64]) -> Mixed {
         let grid = self.scene.grid();

@@ -26,12 +26,12 @@ const TABLE_ENTRIES: f64 = 4096.0;
 /// Error of a position, voxels: a few roundings of numbers up to 32 in f32 (4e-6 each at most).
 const POSITION_ERROR: f64 = 2e-5;
 
-/// What a pixel shows.
+/// The value of a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SheetPixel {
     /// Linear, premultiplied.
     pub rgb: [f64; 3],
-    /// What is left to be seen behind.
+    /// Transmittance so far.
     pub transmittance: f64,
     /// Opacity-weighted mean camera z of the planes; +infinity if nothing is seen.
     pub depth: f64,
@@ -41,7 +41,7 @@ pub struct SheetPixel {
     pub slack: f64,
 }
 
-/// What all rays share.
+/// Values shared by all rays.
 struct Setup<'a> {
     scene: Scene<'a>,
     rays: RaySource,
@@ -186,7 +186,7 @@ impl<'a> Setup<'a> {
         (0..count).map(move |i| first_plane + i as f64)
     }
 
-    /// What the renderer may take a sample for.
+    /// The values that the renderer may use for a sample.
     fn candidates(&self, at: DVec3, ray: &Ray) -> [Slab; 4] {
         let error = self.scalar_error;
         let [low, high] = [-error, error].map(|by| self.slab(at, by, 0.0, ray));

@@ -17,7 +17,7 @@ use texmap::scene::{Magnify, Texels, Texture, TextureUse, Wrap};
 /// A triangle before the camera, with its texture coordinates in texels.
 struct Target<'a> {
     corners: [DVec3; 3],
-    /// What it may cover of the screen, px: the least and the greatest corner.
+    /// The part of the screen that it may cover, px: the least and the greatest corner.
     bounds_px: [DVec2; 2],
     uv: [DVec2; 3],
     texture: Option<(&'a Texture, TextureUse)>,
@@ -27,7 +27,7 @@ struct Target<'a> {
 /// Pixels along a side of the window that the Gaussian reaches.
 const WINDOW: usize = 5;
 
-/// What the rays of one pixel add to each pixel of the window around it: red, green, blue, coverage, weight.
+/// The contributions of one pixel's rays to each pixel of the window around it: red, green, blue, coverage, weight.
 type Shares = [[f64; 5]; WINDOW * WINDOW];
 
 /// The picture of `scene` from `camera` with `per_px` x `per_px` rays a pixel.

@@ -30,7 +30,7 @@ pub enum TextureScene {
     Avocado,
 }
 
-/// Which filter the truth was made with.
+/// The filter of the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TruthFilter {
     /// Gaussian, sigma 0.5 px.

@@ -59,7 +59,7 @@ pub fn gradient(volume: &Volume, at: DVec3) -> DVec3 {
     volume.world_from_index.matrix3.inverse().transpose() * mixed
 }
 
-/// What the voxel nearest to a position inside the volume holds.
+/// The value of the voxel nearest to a position inside the volume.
 pub fn nearest(volume: &Volume, at: DVec3) -> f64 {
     let voxel = std::array::from_fn(|axis| ((at[axis] + 0.5) as usize).min(volume.dims[axis] - 1));
     volume.value(linear(volume, voxel))

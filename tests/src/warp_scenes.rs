@@ -26,7 +26,7 @@ pub enum Body {
 #[derive(Clone, Debug)]
 pub struct AnalyticScene(pub Vec<(Body, f64, [f64; 3])>);
 
-/// What a ray meets.
+/// The surface that a ray meets.
 #[derive(Clone, Copy, Debug)]
 struct Met {
     camera_z: f64,

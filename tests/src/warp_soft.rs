@@ -16,7 +16,7 @@ pub enum Numbers {
     Inverse,
 }
 
-/// What happened to a depth map.
+/// The change of a depth map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Softening {
     /// A Gaussian of this sigma, px.

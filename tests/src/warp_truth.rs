@@ -21,7 +21,7 @@ pub const SCENES: [&str; 4] = ["stereo", "sphere", "minify4", "magnify4"];
 
 /// A reference view and one true view.
 pub struct WarpScene {
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// The view that is warped.
     pub reference: Reference,

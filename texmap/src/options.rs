@@ -1,4 +1,4 @@
-//! What a caller can choose: one plain struct, every field with unit, range, default and effect.
+//! Options: one plain struct, every field with unit, range, default and effect.
 //!
 //! With the feature `serde` the choices can be written and read; with the feature `clap` they are the arguments of a
 //! command line, whose help is the text below. Both use the same names, in kebab case.

@@ -1,4 +1,4 @@
-//! What the gradient of the field makes of a sample: Lambert's cosine and Phong's highlight, on both sides, and the ramp over its
+//! Light by the gradient of the field: Lambert's cosine and Phong's highlight, on both sides, and the ramp over its
 //! length.
 //!
 //! Gradients are in the world's directions, so that a stretched grid is lit as it stands in the world, and per unit in which
@@ -33,7 +33,7 @@ pub(crate) struct GradientRamp {
     scale: f32,
 }
 
-/// What light makes of a sample: a factor of its colour, and white to add.
+/// Light on a sample: a factor of its colour, and white to add.
 #[derive(Clone, Copy)]
 pub(crate) struct Lit<S: Simd> {
     pub(crate) body: f32x8<S>,
@@ -43,7 +43,7 @@ pub(crate) struct Lit<S: Simd> {
 /// Gradients as directions and lengths.
 #[derive(Clone, Copy)]
 pub(crate) struct Polar<S: Simd> {
-    /// Which of them have a direction.
+    /// Lanes that have a direction.
     pub(crate) directed: mask32x8<S>,
     /// Unit vectors; 0 where there is no direction.
     pub(crate) direction: [f32x8<S>; 3],

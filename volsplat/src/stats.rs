@@ -1,4 +1,4 @@
-//! What a frame cost: counts that are the same on every machine, and times that are not.
+//! The cost of a frame: counts that are the same on every machine, and times that are not.
 //!
 //! The field names are the keys of the stats file; tools read them, so they do not change.
 
@@ -22,7 +22,7 @@ pub struct StageTimes {
     pub image: StageTime,
 }
 
-/// What became of the samples of a field.
+/// Counts of a field's samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct SampleCounts {
     /// Lanes of vectors in which the field was interpolated.

@@ -26,13 +26,13 @@ pub struct WarpArgs {
     /// How the method nearest keeps hidden samples out [default: zbuffer]
     #[arg(long, value_enum)]
     pub visibility: Option<Visibility>,
-    /// What is put where nothing was seen
+    /// Filling of holes
     #[arg(long, value_enum, default_value_t = Fill::None)]
     pub fill: Fill,
     /// Depth jumps larger than this part of inverse depth separate surfaces [default: from the steps of the depth itself]
     #[arg(long, value_name = "PART")]
     pub tolerance: Option<f32>,
-    /// What happens to pixels that blend two surfaces [default: unmix]
+    /// Treatment of pixels that blend two surfaces [default: unmix]
     #[arg(long, value_enum)]
     pub mixed: Option<MixedPixels>,
     /// Sub-pixels along a pixel's side at depth edges, 1 to 8, of the method hybrid [default: 4]

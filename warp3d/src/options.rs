@@ -1,4 +1,4 @@
-//! What a caller can choose: one plain struct, every field with unit, range, default and effect.
+//! Options: one plain struct, every field with unit, range, default and effect.
 //!
 //! A method carries the choices that only it has. With the feature `serde` the choices can be written and read, all in
 //! one object; with the feature `clap`, `WarpArgs` are the arguments of a command line. Both use the same names.
@@ -14,7 +14,7 @@ pub struct WarpOptions {
     /// How samples become pixels.
     #[cfg_attr(feature = "serde", serde(flatten))]
     pub method: Method,
-    /// What is put where no sample was seen.
+    /// Filling of holes.
     pub fill: Fill,
     /// How several references become one picture.
     pub blend: Blend,
@@ -39,19 +39,19 @@ pub enum Method {
     },
     /// Every sample is a point gathered by the pixel's Gaussian: holes where samples are magnified.
     Points {
-        /// Which samples are on one surface.
+        /// The joining of samples to surfaces.
         #[cfg_attr(feature = "serde", serde(flatten))]
         surfaces: SurfaceOptions,
     },
     /// Every sample is a disc in its tangent plane, without a pixel filter: minified ones alias.
     Splats {
-        /// Which samples are on one surface.
+        /// The joining of samples to surfaces.
         #[cfg_attr(feature = "serde", serde(flatten))]
         surfaces: SurfaceOptions,
     },
     /// Surfaces are projected forward and resolved at sub-pixels; colour is reconstructed where they are seen.
     Hybrid {
-        /// Which samples are on one surface.
+        /// The joining of samples to surfaces.
         #[cfg_attr(feature = "serde", serde(flatten))]
         surfaces: SurfaceOptions,
         /// Sub-pixels along a pixel's side at which coverage is resolved near depth edges: 1 to 8.
@@ -59,13 +59,13 @@ pub enum Method {
     },
 }
 
-/// Which samples of a reference are on one surface, and what those that blend two surfaces become.
+/// The joining of a reference's samples to surfaces, and the treatment of those that blend two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SurfaceOptions {
     /// When two neighbours are on one surface.
     pub tolerance: SurfaceTolerance,
-    /// What happens to reference pixels that blend two surfaces.
+    /// Treatment of reference pixels that blend two surfaces.
     pub mixed: MixedPixels,
 }
 
@@ -86,7 +86,7 @@ pub enum Visibility {
     OcclusionOrder,
 }
 
-/// What is put where no sample was seen.
+/// Filling of holes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -118,7 +118,7 @@ pub enum SurfaceTolerance {
     Relative(f32),
 }
 
-/// What happens to reference pixels that blend two surfaces.
+/// Treatment of reference pixels that blend two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",

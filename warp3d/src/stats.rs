@@ -1,4 +1,4 @@
-//! What a frame cost: counts that are the same on every machine, and times that are not.
+//! The cost of a frame: counts that are the same on every machine, and times that are not.
 //!
 //! The field names are the keys of the stats file; tools read them, so they do not change.
 

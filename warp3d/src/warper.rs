@@ -156,7 +156,7 @@ impl Warper {
         Ok(Frame { image, stats })
     }
 
-    /// What `camera`, a valid one, sees before holes are filled.
+    /// The view of `camera`, a valid one, before holes are filled.
     pub(crate) fn layer(
         &mut self,
         camera: &Camera,

@@ -28,7 +28,7 @@ pub struct SequenceArgs {
     /// Pictures per second of an animation or of --path [default: 25]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MAX_FPS))]
     pub fps: Option<u16>,
-    /// Which of them this process draws.
+    /// The pictures that this process draws.
     #[command(flatten)]
     pub part: PartArgs,
 }

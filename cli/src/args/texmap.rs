@@ -52,7 +52,7 @@ pub struct TexmapArgs {
     pub picture: PictureArgs,
 }
 
-/// What of the file is drawn.
+/// The part of the file that is drawn.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Model")]
 pub struct ModelArgs {
@@ -77,7 +77,7 @@ pub struct ModelArgs {
     /// Pictures of the surfaces
     #[arg(long, value_enum, default_value_t)]
     pub textures: Textures,
-    /// What reading may do.
+    /// Rules of reading.
     #[command(flatten)]
     pub reading: ReadingArgs,
 }

@@ -52,7 +52,7 @@ pub struct Warp3dArgs {
     /// Source of the pictures: their files, or memory.
     #[arg(skip)]
     pub source: Source<HeldPictures>,
-    /// Which cameras there are.
+    /// Cameras.
     #[command(flatten)]
     pub cameras: WarpCameraArgs,
     /// The meaning of the depth file's numbers.
@@ -236,7 +236,7 @@ pub struct WarpSequenceArgs {
     /// Pictures per second of an animation or of --path [default: 25]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1_000))]
     pub fps: Option<u16>,
-    /// Which of them this process draws.
+    /// The pictures that this process draws.
     #[command(flatten)]
     pub part: PartArgs,
 }

@@ -25,7 +25,7 @@ pub enum Viewpoint {
     File {
         /// The file.
         path: PathBuf,
-        /// Which of its cameras.
+        /// The camera of the file, by name.
         entry: Option<String>,
     },
     /// A pinhole at the origin with this vertical field of view, degrees.

@@ -17,7 +17,7 @@ pub(crate) struct Suggested {
     pub blend: Option<Blend>,
     /// Length over which the opacities of a file are meant, world units.
     pub opacity_unit: Option<f64>,
-    /// What the data were taken for, where they decided.
+    /// The kind of data, where the data decided.
     pub kind: Option<DataKind>,
 }
 
@@ -31,7 +31,7 @@ impl Suggested {
         }
     }
 
-    /// What goes with a preset.
+    /// The light and blending of a preset.
     pub(crate) fn for_preset(preset: Preset) -> Self {
         Self {
             shading: Some(preset.shading()),
@@ -40,7 +40,7 @@ impl Suggested {
         }
     }
 
-    /// What goes with a file.
+    /// The light and unit of a file.
     pub(crate) fn for_file(file: &FileLook) -> Self {
         Self {
             shading: file.shading,
@@ -77,7 +77,7 @@ impl Suggested {
         options
     }
 
-    /// What the data were taken for, and how to ask for another look; nothing where the look was typed.
+    /// The kind of data and the options for another look; `None` where the look was typed.
     pub(crate) fn line(&self) -> Option<String> {
         let (taken, others) = match self.kind? {
             DataKind::Hounsfield => ("Hounsfield units, drawn as --preset ct", OTHER_LOOKS),
@@ -92,7 +92,7 @@ impl Suggested {
     }
 }
 
-/// What data were taken for, as the stats file has it.
+/// The kind of data, as named in the stats file.
 pub(crate) fn name(kind: DataKind) -> &'static str {
     match kind {
         DataKind::Hounsfield => "hounsfield",

@@ -27,7 +27,7 @@ pub(crate) const METRICS: [Metric; 10] = [
 /// The figure over time, known for animations only.
 pub(crate) const FLICKER: &str = "flicker";
 
-/// Which way a figure is good.
+/// The good direction of a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Better {
     /// Less is better.
@@ -72,7 +72,7 @@ pub(crate) fn heatmap(map: &metrics::ScalarMap) -> Image {
     }
 }
 
-/// What changes from picture to picture, against what should change.
+/// Changes from picture to picture, against the changes of the truth.
 #[derive(Default)]
 pub(crate) struct Steps {
     before: Option<(Image, Image)>,

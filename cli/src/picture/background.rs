@@ -1,4 +1,4 @@
-//! What lies behind a picture: nothing, a colour, or another picture.
+//! The background of a picture: nothing, a colour, or another picture.
 //!
 //! Takes a finished picture, gives it composited over its background. A background picture is scaled, its proportions
 //! kept, until it covers the whole picture; what overhangs is cut off evenly. It is scaled in linear light with a
@@ -15,7 +15,7 @@ use resample_core::image::linear_from_srgb;
 use resample_io::Gate;
 use texmap::scene::Texels;
 
-/// What lies behind a picture.
+/// The background of a picture.
 #[derive(Clone, Debug)]
 pub enum Background {
     /// Nothing: the picture keeps its transparency.

@@ -23,7 +23,7 @@ use crate::process::report::{Account, WrittenFrame};
 pub struct Finish {
     /// File format.
     pub format: Format,
-    /// What lies behind.
+    /// The background.
     pub background: Background,
 }
 
@@ -42,7 +42,7 @@ pub fn check_size(camera: &Camera) -> Result<()> {
     Ok(())
 }
 
-/// What is drawn of a sequence: the picture that a camera sees, or a window of it.
+/// One drawing of a sequence: the picture of a camera, or a window of it.
 #[derive(Clone, Debug)]
 pub struct Shot<'a> {
     /// The camera of the whole picture.

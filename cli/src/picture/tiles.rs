@@ -29,7 +29,7 @@ pub(crate) struct PartMark {
     pub(crate) place: [u32; 2],
     /// Columns and rows of all tiles.
     pub(crate) grid: [u32; 2],
-    /// What the whole picture is written as.
+    /// The kind of the whole picture's file.
     pub(crate) kind: Kind,
 }
 

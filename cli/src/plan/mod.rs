@@ -1,4 +1,4 @@
-//! What every command that draws has in common: names and cameras before the input is read, pictures after it.
+//! The common part of every command that draws: names and cameras before the input is read, pictures after it.
 //!
 //! Takes the shared groups of options, gives a `Plan`: everything that can be refused without reading the input, so
 //! that a misspelt name does not cost a minute. Once the input is known, the plan gives the cameras and draws the
@@ -82,7 +82,7 @@ pub enum Purpose {
     Change,
 }
 
-/// What is new in a command whose scene is read already; each also changes what those before it change.
+/// A change of a command whose scene is read already; each variant includes those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Change {
     /// Cameras, sizes, backgrounds.
@@ -182,7 +182,7 @@ impl Plan {
         self.checked(cameras)
     }
 
-    /// What reading may do, with a note of every file that was read through a name in another.
+    /// The rules of reading, with a note of every file that was read through a name in another.
     pub(crate) fn gate(&self) -> &Gate {
         &self.gate
     }

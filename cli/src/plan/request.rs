@@ -1,4 +1,4 @@
-//! What every command that draws was asked for, as far as it is shared.
+//! The common request of every command that draws.
 
 use std::path::Path;
 
@@ -24,7 +24,7 @@ pub(crate) struct Request<'a> {
     pub keys: KeyKind,
     /// The vector instructions that are asked for.
     pub vector_level: SimdLevel,
-    /// Which names inside files are followed, and how much memory their data may take.
+    /// Rules for names inside files, and the memory their data may take.
     pub gate: Gate,
     /// Files that are read, beside the camera file and the background.
     pub inputs: Vec<&'a Path>,

@@ -96,7 +96,7 @@ fn mean_square(view: &ViewErrors) -> f64 {
     mean + STANDARD_ERRORS * (1.0 + FEW_DRAWS / draws) * deviation / draws.sqrt()
 }
 
-/// What each draw says of the mean square of a view.
+/// Estimates of the mean square of a view, one for each draw.
 fn estimates(view: &ViewErrors) -> Vec<f64> {
     let of = |w: &WindowError| w.squares / (w.chance * 3.0 * view.covered_px);
     let windows = view.windows.iter();

@@ -20,7 +20,7 @@ pub(super) struct Rung {
     pub(super) work: f64,
 }
 
-/// What may be chosen for one command.
+/// The settings that may be chosen for one command.
 #[derive(Clone, Debug)]
 pub(super) struct Ladder {
     /// From cheap to exact, without the default; the last one is the exact setting.

@@ -30,7 +30,7 @@ static TEMPORARY: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 /// Why a run ended early. Its text says what there is and how to go on.
 #[derive(Debug)]
 pub struct Interrupted {
-    /// What was finished, for people.
+    /// The finished part, for people.
     pub state: String,
 }
 

@@ -50,7 +50,7 @@ pub struct RunStats {
     pub threads: usize,
     /// All options as they were used.
     pub settings: Value,
-    /// What `--max-error` or `--max-time` chose.
+    /// The choice of `--max-error` or `--max-time`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub planned: Option<Value>,
     /// Elapsed time to read the input, ms.
@@ -103,7 +103,7 @@ pub struct Account {
 }
 
 thread_local! {
-    /// What is said while somebody listens.
+    /// Captured messages, while a listener is set.
     static HEARD: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
 }
 

@@ -3,13 +3,13 @@
 /// The largest error that is allowed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
-    /// Which error.
+    /// The error measure.
     pub metric: BoundMetric,
     /// Its largest value, above 0, where white is 1.
     pub value: f64,
 }
 
-/// Which error is bounded. Both are of linear, premultiplied red, green and blue.
+/// The error that is bounded. Both are of linear, premultiplied red, green and blue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoundMetric {
     /// Root mean square over the covered pixels of the exact picture.

@@ -79,7 +79,7 @@ pub struct Window {
     pub width: f64,
 }
 
-/// What lies behind the picture.
+/// The background of the picture.
 #[derive(Clone, Debug, PartialEq)]
 pub enum BackgroundWord {
     /// Nothing.

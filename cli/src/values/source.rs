@@ -55,7 +55,7 @@ pub enum Held {
 }
 
 impl<T> Source<T> {
-    /// What is in memory.
+    /// The scene in memory.
     pub fn held(&self) -> Option<&T> {
         match self {
             Self::File => None,

@@ -1,4 +1,4 @@
-//! What the page needs to know of a scene: its values, its transfer function, and the choices there are.
+//! Facts of a scene for the page: its values, its transfer function, and the available choices.
 
 use anyhow::Result;
 use clap::ValueEnum;

@@ -12,7 +12,7 @@ use super::sender::Sender;
 /// Most requests beside views that wait; a page sends a handful.
 const MOST_WAITING: usize = 64;
 
-/// What is to be done next.
+/// The next work.
 #[derive(Debug)]
 pub(crate) enum Next {
     /// A page was opened; it takes the place of the one before.

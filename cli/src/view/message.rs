@@ -1,11 +1,11 @@
-//! What the page says, and what it is told: JSON texts, and pictures behind a JSON head.
+//! Messages between the page and the server: JSON texts, and pictures behind a JSON head.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::view::options_text::Changes;
 
-/// What the page asks to be drawn.
+/// The view that the page requests.
 #[derive(Clone, Debug, Deserialize, PartialEq)]
 pub(crate) struct View {
     /// A camera in the words of a camera file: position, target, up, and fov_y or projection and height.
@@ -66,7 +66,7 @@ pub(crate) enum Motion {
     Resting,
 }
 
-/// What the page says.
+/// A request of the page.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub(crate) enum Asked {
@@ -79,7 +79,7 @@ pub(crate) enum Asked {
     },
     /// This picture is on the screen.
     Shown { id: u32 },
-    /// What lies under a place of the picture, px.
+    /// The point under a place of the picture, px.
     Probe {
         at: [f64; 2],
         /// A word of the page's own, which comes back with the answer.
@@ -113,7 +113,7 @@ pub(crate) enum Asked {
     },
 }
 
-/// What is saved.
+/// The kind of a saved file.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum Saved {

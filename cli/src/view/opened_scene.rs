@@ -45,7 +45,7 @@ pub(crate) struct Subject {
     backdrop: Option<Background>,
 }
 
-/// What was set last.
+/// The settings of the last frame.
 #[derive(Clone, Debug, PartialEq)]
 struct Ready {
     changes: Changes,
@@ -83,7 +83,7 @@ impl Subject {
         })
     }
 
-    /// What the page needs to know before it asks for a picture.
+    /// The facts that the page needs before it requests a picture.
     pub(crate) fn facts(&mut self) -> Result<Value> {
         let start = self.start()?;
         let volume = match self.opened.volume() {
@@ -367,7 +367,7 @@ impl Subject {
             .behind_window(image, window.first(), whole))
     }
 
-    /// What lies under a place of a view, px; null where that is nothing.
+    /// The point under a place of a view, px; null where that is nothing.
     pub(crate) fn probe(&mut self, view: &View, at: [f64; 2]) -> Result<Value> {
         let (camera, _) = self.camera(view)?;
         let inside = |place: f64, side: u32| place.floor().clamp(0.0, f64::from(side) - 1.0);

@@ -95,7 +95,7 @@ const UNKNOWN_FOV_Y_DEG: f64 = 60.0;
 /// The name under which the command line is parsed; nothing of that name is written.
 const OUTPUT: &str = "view.png";
 
-/// What was typed.
+/// The typed words.
 #[derive(Clone, Debug)]
 pub(crate) struct Words {
     pub(crate) application: Application,
@@ -209,7 +209,7 @@ impl Words {
         self.typed.has("from") || self.typed.has("intrinsics")
     }
 
-    /// What was typed and still holds.
+    /// The typed words that still hold.
     fn kept(&self, changes: &Changes, files: &Files) -> Vec<String> {
         let has_look =
             files.transfer.is_some() || changes.keys().any(|name| LOOKS.contains(&name.as_str()));

@@ -55,7 +55,7 @@ pub(crate) fn command(subject: &Subject, view: &View) -> Result<String> {
     Ok(text)
 }
 
-/// What became of a request to save.
+/// The result of a request to save.
 pub(crate) enum Saving {
     /// The file is there.
     Written(PathBuf),

@@ -53,7 +53,7 @@ pub fn size(part: &Part) -> Result<[u32; 2], Error> {
     }
 }
 
-/// What reading a picture takes, from its header alone.
+/// The memory that reading a picture takes, from its header alone.
 ///
 /// # Errors
 /// As [`size`].

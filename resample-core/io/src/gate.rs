@@ -29,7 +29,7 @@ enum Budget {
     Given(u64),
 }
 
-/// What reading may do, and a note of what it did. A clone shares the notes.
+/// The rules of reading, and a note of the files read. A clone shares the notes.
 #[derive(Clone, Debug)]
 pub struct Gate {
     outside: Outside,

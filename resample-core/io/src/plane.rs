@@ -9,7 +9,7 @@ pub struct Plane {
     pub height: usize,
     /// The stored numbers, rows from the top; NaN where the file holds no pixel.
     pub values: Vec<f32>,
-    /// What kind of numbers they are.
+    /// The kind of the numbers.
     pub stored: Stored,
 }
 

@@ -12,7 +12,7 @@ pub(super) enum Row<'a> {
     Floats(&'a [f32]),
 }
 
-/// What takes the rows of a picture.
+/// A receiver of a picture's rows.
 pub(super) trait Rows {
     /// Width and height, px, and the number of channels.
     fn begin(&mut self, size: [usize; 2], channels: usize) -> Result<(), Error>;

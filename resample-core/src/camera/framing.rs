@@ -12,7 +12,7 @@ use crate::camera::{Camera, CameraError, LookAt};
 pub struct Framing {
     /// From the middle of the box to the eye; any length above 0.
     pub towards_eye: DVec3,
-    /// What is up in the picture; not along `towards_eye`.
+    /// The up direction in the picture; not along `towards_eye`.
     pub up: DVec3,
     /// Vertical field of view, radians.
     pub fov_y_rad: f64,

@@ -78,7 +78,7 @@ pub struct Intrinsics {
     pub cx: f64,
     /// Principal point along y, px, in the convention of `pixel_centre`.
     pub cy: f64,
-    /// What `cx` and `cy` count from.
+    /// The origin of `cx` and `cy`.
     pub pixel_centre: PixelCentre,
 }
 
@@ -87,7 +87,7 @@ pub struct Intrinsics {
 pub struct LookAt {
     /// The eye.
     pub position: DVec3,
-    /// What the centre of the picture shows.
+    /// The point in the centre of the picture.
     pub target: DVec3,
     /// A direction that points up in the picture; any length, not parallel to the view.
     pub up: DVec3,
@@ -102,11 +102,11 @@ pub enum CameraError {
     /// A number is outside its range.
     #[error("camera {name} is {value}, expected {expected}")]
     OutOfRange {
-        /// Which number.
+        /// The name of the number.
         name: &'static str,
-        /// What it is.
+        /// Its value.
         value: f64,
-        /// What it may be.
+        /// Its range.
         expected: &'static str,
     },
     /// Position and target coincide.

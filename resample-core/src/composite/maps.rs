@@ -28,7 +28,7 @@ pub struct TileMaps {
     pub unit_per_grid: TilePlane,
 }
 
-/// What the maps of a frame are made from.
+/// The input of a frame's maps.
 #[derive(Clone, Copy, Debug)]
 pub struct MapSource {
     /// The camera in the grid.

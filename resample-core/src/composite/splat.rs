@@ -55,7 +55,7 @@ pub(super) struct RowLanes {
     pub(super) lane: usize,
 }
 
-/// What a splat adds to the optical depth of a vector of pixels, given the value of its form; `None` if it misses them.
+/// The optical depth that a splat adds to a vector of pixels, given the value of its form; `None` if it misses them.
 #[inline(always)]
 fn added_lanes<S: Simd>(
     simd: S,

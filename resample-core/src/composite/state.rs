@@ -42,11 +42,11 @@ pub enum DepthRule {
     Expected,
 }
 
-/// What the pixels of a tile have gathered so far; linear, premultiplied.
+/// The accumulated pixels of a tile; linear, premultiplied.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub struct TilePixels {
-    /// What is left to be seen behind, 1 at the start.
+    /// Transmittance so far, 1 at the start.
     pub transmittance: TilePlane,
     /// Red, green, blue.
     pub rgb: [TilePlane; 3],
@@ -75,7 +75,7 @@ pub struct TileSettings {
     pub min_transmittance: f32,
 }
 
-/// What happened in a tile.
+/// Counts of a tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TileCounts {
     /// Entries that were composited before the tile was opaque.
@@ -114,7 +114,7 @@ pub struct TileWork {
     pub(super) lost: Lost,
 }
 
-/// What rounding took from the transmittance and the colours of a tile's pixels, to be added with what comes next (Kahan
+/// The rounding errors of the transmittance and the colours of a tile's pixels, added with the next contribution (Kahan
 /// 1965).
 #[derive(Clone, Debug)]
 #[repr(align(64))]

@@ -42,7 +42,7 @@ pub enum Powers {
     All,
 }
 
-/// What rays at one distance each collect of a kernel; made once for all sections of a ray.
+/// Integrals of a kernel along rays at one distance; made once for all sections of a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Chord<F, const POWERS: usize> {
     /// The whole line integral, grid units.

@@ -2,7 +2,7 @@
 //!
 //! "Classification" is what a transfer function does to a scalar, so this choice is called selection.
 
-/// Which samples become points and which become splats.
+/// The choice between points and splats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",

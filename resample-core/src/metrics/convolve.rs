@@ -10,7 +10,7 @@
 use super::inputs::ScalarMap;
 use rayon::prelude::*;
 
-/// What stands outside the map.
+/// The values outside the map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Border {
     /// The nearest pixel of the map.

@@ -1,4 +1,4 @@
-//! What is compared, and the checks that both pictures pass before: one size, finite values, a pixel that counts.
+//! The input of a comparison, and the checks that both pictures pass before: one size, finite values, a pixel that counts.
 
 use crate::Image;
 

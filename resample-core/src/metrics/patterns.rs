@@ -12,7 +12,7 @@ pub(super) const WIDTH: usize = 47;
 /// Height of every pattern.
 pub(super) const HEIGHT: usize = 37;
 
-/// Which pair of pictures.
+/// The pair of pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Pattern {
     /// Sawtooth ramps, shifted by one pixel.

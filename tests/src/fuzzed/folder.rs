@@ -8,7 +8,7 @@ use tempfile::TempDir;
 /// A folder with a handful of files, written again and again.
 pub(super) struct Folder(TempDir);
 
-/// What stands before the name of each file that is packed into one.
+/// The mark before the name of each file that is packed into one.
 const MARK: &[u8] = b"\n@@";
 
 impl Folder {

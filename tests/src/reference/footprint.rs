@@ -97,7 +97,7 @@ impl Ewa {
         }
     }
 
-    /// What the sample adds at an offset from its centre, px.
+    /// The contribution of the sample at an offset from its centre, px.
     pub(super) fn value(&self, kernel: &ReferenceKernel, d: DVec2) -> f64 {
         let [xx, xy, yy] = self.inverse;
         let q = (xx * d.x * d.x + 2.0 * xy * d.x * d.y + yy * d.y * d.y) / self.cutoff2;

@@ -5,7 +5,7 @@ use resample_core::OpacityMode;
 
 use super::{Kind, ReferencePixel, Sample, Setup, TILE};
 
-/// What a pixel has gathered.
+/// The accumulated values of a pixel.
 #[derive(Default)]
 struct Gathered {
     transmittance: f64,

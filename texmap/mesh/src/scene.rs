@@ -14,7 +14,7 @@ pub struct Scene {
     pub meshes: Vec<Mesh>,
     /// The point of the world that positions count from: zero, or near a scene that is far away.
     pub origin_in_world: DVec3,
-    /// What meshes look like; meshes point here.
+    /// Materials of the meshes; meshes point here.
     pub materials: Vec<Material>,
     /// Pictures; materials point here.
     pub textures: Vec<Texture>,
@@ -57,7 +57,7 @@ pub struct Mesh {
     pub material: usize,
 }
 
-/// What a surface looks like.
+/// The appearance of a surface.
 #[derive(Clone, Debug)]
 pub struct Material {
     /// Name in the file, for messages; may be empty.
@@ -70,13 +70,13 @@ pub struct Material {
     pub emissive: [f32; 3],
     /// Picture of the emitted light.
     pub emissive_texture: Option<TextureUse>,
-    /// What alpha means.
+    /// The meaning of alpha.
     pub alpha: AlphaMode,
-    /// Which sides are seen.
+    /// The visible sides.
     pub sides: Sides,
     /// Lit or unlit.
     pub lighting: Lighting,
-    /// What the light of surroundings needs to know; `None` where the file says nothing of it.
+    /// Metal, roughness and maps for the light of surroundings; `None` where the file has none of it.
     pub physical: Option<Physical>,
 }
 
@@ -131,7 +131,7 @@ impl Default for Material {
     }
 }
 
-/// What a surface's alpha means.
+/// The meaning of a surface's alpha.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
     /// Alpha is ignored.
@@ -145,7 +145,7 @@ pub enum AlphaMode {
     Blend,
 }
 
-/// Which sides of a triangle are seen.
+/// The visible sides of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sides {
     /// The front only.
@@ -174,13 +174,13 @@ pub struct TextureUse {
     pub uv_linear: DMat2,
     /// See `uv_linear`.
     pub uv_offset: DVec2,
-    /// What lies beyond the picture, along u and v.
+    /// Wrapping beyond the picture, along u and v.
     pub wrap: [Wrap; 2],
     /// How the picture is reconstructed where it is magnified.
     pub magnify: Magnify,
 }
 
-/// What lies beyond the border of a picture.
+/// Wrapping beyond the border of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
     /// The picture again.

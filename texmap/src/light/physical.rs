@@ -1,4 +1,4 @@
-//! What metal and roughness make of the light around the scene, sixteen places at a time.
+//! Reflection of the surroundings by metal and roughness, sixteen places at a time.
 //!
 //! The model of glTF 2.0, appendix B: a matt layer below GGX, a metal, or the mix of what both give. Light of the environment is split: radiance blurred
 //! by the lobe, times the reflectance of even light (Karis 2013), with the light that bounces more than once between
@@ -18,7 +18,7 @@ use super::reflectance;
 use super::suns::Met;
 use crate::screen::lanes::{LANES, Lanes};
 
-/// What a dielectric reflects at normal incidence: an index of refraction of 1.5.
+/// The reflectance of a dielectric at normal incidence: an index of refraction of 1.5.
 const DIELECTRIC: f32 = 0.04;
 
 /// Variance of roughness from which on it is two lobes: below, they differ by less than a level of the environment.
@@ -252,7 +252,7 @@ impl Looks {
     }
 }
 
-/// What a surface makes of even light; see [`reflectance::Reflectance`].
+/// The response of a surface to even light; see [`reflectance::Reflectance`].
 #[derive(Default)]
 struct Even {
     scale: [f32; LANES],

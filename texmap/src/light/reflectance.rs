@@ -1,4 +1,4 @@
-//! What a rough surface reflects, in a table by the cosine between normal and eye, and by roughness.
+//! The reflectance of a rough surface, in a table by the cosine between normal and eye, and by roughness.
 //!
 //! The microfacet model of glTF 2.0, appendix B: GGX with Smith's height-correlated shadowing and Schlick's Fresnel term. Of
 //! light from all sides such a surface reflects f0 * scale + offset (Karis 2013). Its lobe is then replaced by that of another
@@ -19,7 +19,7 @@ pub(crate) const SIDE: usize = 32;
 /// Half vectors of one node.
 const SAMPLES: usize = 512;
 
-/// What rough surfaces reflect.
+/// The reflectance of rough surfaces.
 #[derive(Clone, Debug)]
 pub(crate) struct Reflectance {
     /// By roughness, then by the cosine: scale, offset, where the lobe lies between the normal (0) and the mirrored eye
@@ -114,7 +114,7 @@ fn between(nodes: &[f32], share: f32) -> f32 {
     nodes[first] + (nodes[first + 1] - nodes[first]) * (at - first as f32)
 }
 
-/// What reaches the eye.
+/// The light that reaches the eye.
 struct Lobe {
     scale: f32,
     offset: f32,

@@ -21,7 +21,7 @@ pub(crate) struct Sun {
     pub(crate) direction: Vec3,
     /// Radiance above what lies around, summed over the solid angle.
     pub(crate) power: Vec3,
-    /// What its size adds to the square of a lobe's width (alpha): a disc's variance is a quarter of its radius squared along each axis, a
+    /// The sun's contribution to the square of a lobe's width (alpha): a disc's variance is a quarter of its radius squared along each axis, a
     /// half vector turns by half of that angle, and alpha squared is twice the variance of half vectors.
     pub(crate) alpha2: f32,
 }
@@ -146,7 +146,7 @@ pub(super) struct Met<S: Simd> {
 }
 
 impl<S: Simd> Met<S> {
-    /// What a surface whose reflectance is 1 makes of a light's power, and the part of it that Schlick's term weighs.
+    /// The share of a light's power that a surface of reflectance 1 returns, and the part of it that Schlick's term weighs.
     #[inline(always)]
     pub(super) fn lit_by(&self, simd: S, sun: &Sun) -> [f32x16<S>; 2] {
         let splat = |v: f32| f32x16::splat(simd, v);

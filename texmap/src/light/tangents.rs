@@ -9,7 +9,7 @@ use glam::{DVec2, Vec3};
 /// A tangent and a sign for each corner of a triangle.
 pub(crate) type Tangents = [[f32; 4]; 3];
 
-/// What tangents are made from.
+/// The input of tangents.
 pub(crate) struct Surface<'a> {
     pub(crate) positions: &'a [[f32; 3]],
     /// Empty: triangles are flat.

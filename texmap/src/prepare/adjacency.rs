@@ -1,4 +1,4 @@
-//! Which triangles of a mesh share a line: found by the positions of its two ends, so that seams of texture coordinates
+//! The triangles of a mesh that share a line: found by the positions of its two ends, so that seams of texture coordinates
 //! and of normals, where corners are stored twice, do not part a surface.
 //!
 //! Takes positions and triangles, once; sorts corners by position, then lines by their ends.

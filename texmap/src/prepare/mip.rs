@@ -54,13 +54,13 @@ pub(crate) const UNIT: f32 = 65535.0;
 pub(crate) struct Pyramid {
     /// The full texture first; the last level is one texel.
     pub(crate) levels: Vec<Level>,
-    /// What lies beyond the borders.
+    /// Wrapping beyond the borders.
     pub(crate) wrap: [Wrap; 2],
     /// The reconstruction kernel of the full texture.
     pub(crate) magnify: Magnify,
 }
 
-/// What a material makes of a picture.
+/// The use of a picture's texels in a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TexelUse {
     /// Colour; alpha counts as 1.

@@ -1,4 +1,4 @@
-//! What the renderer keeps of a scene: meshes with texture coordinates in texels, materials, pyramids.
+//! A scene as the renderer keeps it: meshes with texture coordinates in texels, materials, pyramids.
 //!
 //! Takes a [`Scene`], once. A picture that several materials use in one way is decoded once. In the order of use: pictures that
 //! replace those of the file (`textures`), wrapping (`wrap`), maps of light (`maps`), mip levels (`mip`), triangles that share
@@ -65,7 +65,7 @@ pub(crate) struct PreparedMesh {
     pub(crate) material: usize,
 }
 
-/// What a surface looks like.
+/// The appearance of a surface.
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedMaterial {
     pub(crate) base_colour: Vec4,
@@ -133,7 +133,7 @@ pub(crate) enum LightKind {
     Physical,
 }
 
-/// What makes two uses of a picture the same pyramid.
+/// The key of a pyramid: uses of a picture with equal keys share it.
 type PyramidKey = (usize, TexelUse, [Wrap; 2], Magnify);
 
 impl Prepared {

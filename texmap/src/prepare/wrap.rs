@@ -1,4 +1,4 @@
-//! What lies beyond the borders of a picture.
+//! Texels beyond the borders of a picture.
 
 use resample_mesh::scene::Wrap;
 

@@ -93,7 +93,7 @@ pub(crate) enum Light {
     Distant(Vec3),
 }
 
-/// What all surfaces of a tile share.
+/// Values shared by all surfaces of a tile.
 pub(crate) struct TileView<'a> {
     pub(crate) scene: &'a Prepared,
     /// Corner of the tile's border, px.

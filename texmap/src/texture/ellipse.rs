@@ -261,7 +261,7 @@ impl TexelEllipse {
         }
     }
 
-    /// What texels at these offsets count; nothing beyond the ellipse.
+    /// The weights of texels at these offsets; 0 beyond the ellipse.
     #[inline(always)]
     fn weights<S: Simd>(&self, simd: S, du: f32x16<S>, dv: f32x16<S>) -> f32x16<S> {
         let splat = |x: f32| f32x16::splat(simd, x);

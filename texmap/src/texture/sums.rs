@@ -12,7 +12,7 @@ use crate::prepare::wrap::wrapped;
 use crate::screen::lanes::LANES;
 use crate::texture::taps::Kind;
 
-/// What takes the weights of texels.
+/// A receiver of the weights of texels.
 pub(crate) trait Sums<S: Simd> {
     /// The weights that follow are of this row.
     fn start_row(&mut self, row: i32);

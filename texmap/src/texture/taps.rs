@@ -15,7 +15,7 @@ use crate::texture::lookup_plan::Places;
 
 /// Texels of one kind.
 pub(crate) trait Kind: Copy {
-    /// What a number of this kind must be multiplied by.
+    /// The factor of a number of this kind.
     const SCALE: f32;
 
     /// A level's texels, if they are of this kind.

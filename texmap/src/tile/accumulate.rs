@@ -197,7 +197,7 @@ impl Tile<'_> {
         }
     }
 
-    /// What a pixel or sub-pixel shows of a surface: filtered textures times factors, lit, premultiplied.
+    /// The value of a pixel or sub-pixel on a surface: filtered textures times factors, lit, premultiplied.
     #[inline(always)]
     fn lit(&self, surface: &Surface, at: [f32; 2], base: Vec4, emissive: Vec4) -> Vec4 {
         self.shaded(

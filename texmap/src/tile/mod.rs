@@ -37,7 +37,7 @@ use crate::visibility::fragments::{Fragment, Fragments};
 use crate::visibility::layers::Layers;
 use crate::visibility::{CutOut, NearKey, RasterTriangle, Visibility};
 
-/// What all tiles of a frame share.
+/// Values shared by all tiles of a frame.
 pub(crate) struct FrameView<'a> {
     pub(crate) scene: &'a Prepared,
     pub(crate) camera: &'a Camera,
@@ -48,7 +48,7 @@ pub(crate) struct FrameView<'a> {
     pub(crate) simd: Vectors,
 }
 
-/// What a tile shows and what it cost.
+/// The result of a tile and its cost.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TileImage {
     /// Linear premultiplied colour, rows from the top; empty where the tile shows nothing.
@@ -95,7 +95,7 @@ pub(crate) struct TileWork {
     pub(crate) jumps: Vec<Vec4>,
 }
 
-/// What the sub-pixels of a pixel, or of all pixels that a filter reaches, show.
+/// The surfaces in the sub-pixels of a pixel, or of all pixels that a filter reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cell {
     Empty,
@@ -309,7 +309,7 @@ impl Tile<'_> {
     }
 }
 
-/// What the filters of the tile's pixels see, given what the cells of its span show.
+/// Joins the cells of the tile's span to the cells that the filter of each pixel reaches.
 fn seen(cells: &[Cell], along: &mut Vec<Cell>, out: &mut Vec<Cell>) {
     out.clear();
     if cells.iter().all(|&cell| cell == cells[0]) {
@@ -329,7 +329,7 @@ fn seen(cells: &[Cell], along: &mut Vec<Cell>, out: &mut Vec<Cell>) {
     );
 }
 
-/// What two neighbouring cells show together.
+/// Joins two neighbouring cells.
 fn joined(a: Cell, b: &Cell) -> Cell {
     match (a, *b) {
         (a, b) if a == b => a,

@@ -39,7 +39,7 @@ const MOST_PX: f32 = 1.0 / 32.0;
 /// small triangles loses 0.3 dB.
 const REFERENCE_ROWS: usize = 16;
 
-/// What rounding leaves of the mean square of numbers far from 0, as beyond a seam of repeated textures.
+/// The rounding error of the mean square of numbers far from 0, as beyond a seam of repeated textures.
 const ROUNDING: f32 = 1e-6;
 
 /// The plane near which coordinates are expected, and the surface that it is taken from.

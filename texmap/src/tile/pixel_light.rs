@@ -24,7 +24,7 @@ pub(crate) struct Straight {
     pub(crate) added: Vec4,
 }
 
-/// What base and emissive texture make of a surface, before light.
+/// The colour of a surface from its base and emissive texture, before light.
 #[inline(always)]
 pub(crate) fn straight(
     tile: &Tile,
@@ -65,7 +65,7 @@ struct Pixel {
     added: Vec4,
 }
 
-/// What a pixel shows of a surface.
+/// The surface in a pixel.
 pub(crate) struct Shown<'a> {
     pub(crate) surface: &'a Surface,
     pub(crate) at_px: [f32; 2],

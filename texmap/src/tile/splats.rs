@@ -21,7 +21,7 @@ use crate::visibility::filter::PixelFilter;
 /// Pixels that are filtered together: four of four channels fill one 512-bit vector.
 const GROUP_PX: usize = 4;
 
-/// Which groups of pixels of a tile are made from sub-pixels.
+/// The groups of pixels of a tile that are made from sub-pixels.
 type Groups = [[bool; TILE_WIDTH / GROUP_PX]; TILE_HEIGHT];
 
 /// The pixels of a tile.

@@ -22,7 +22,7 @@ use crate::screen::padded_tile::{SPAN_HEIGHT, SPAN_WIDTH};
 use crate::visibility::changes::{changes, each_bit};
 use crate::visibility::filter::{LatticeStep, PixelFilter};
 
-/// What an edge between two sub-pixels adds to them of the jump from the second to the first.
+/// The share of an edge between two sub-pixels in each of them, as a part of the jump from the second to the first.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
     /// The two sub-pixels of the tile.
@@ -54,7 +54,7 @@ pub(crate) struct Crossing {
 /// Two neighbouring sub-pixels that show different things.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Neighbours {
-    /// What they show: places in the tile's list of triangles, or what no triangle has.
+    /// Their triangles: places in the tile's list, or [`NONE`].
     pub(crate) ids: [u32; 2],
     /// Where they are, px from the corner of the tile's border.
     pub(crate) at: [[f32; 2]; 2],
@@ -127,7 +127,7 @@ impl Edges {
     }
 }
 
-/// What p and q get of the jump at `t`.
+/// The shares of p and q in the jump at `t`.
 fn shares(t: f32) -> [f32; 2] {
     let u = t.clamp(0.0, 1.0) - 0.5;
     let curved = 0.5 * u * u + 1.0 / 24.0;

@@ -52,7 +52,7 @@ pub(crate) struct LatticeStep {
     pub(crate) vector_px: [f32; 2],
 }
 
-/// What a pixel sees of one row of sub-pixels.
+/// One row of sub-pixels as a pixel's filter sees it.
 #[derive(Clone, Debug)]
 pub(crate) struct WindowRow {
     /// Row, counted from the border's corner, for the tile's first pixel.

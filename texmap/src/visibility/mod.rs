@@ -32,7 +32,7 @@ use crate::visibility::filter::PixelFilter;
 /// the key, each rounded by 2^-24.
 const KEY_ROUNDING: f32 = 16.0 / 16_777_216.0;
 
-/// What each sub-pixel of a tile shows: rows from the top, one sub-pixel for each pixel of the span in each row.
+/// The triangle of each sub-pixel of a tile: rows from the top, one sub-pixel for each pixel of the span in each row.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Visibility {
     /// Place in the tile's list of triangles, or [`NONE`].

@@ -16,7 +16,7 @@ use crate::visibility::edges::{Crossing, Neighbours};
 /// time, since the more there are the smaller is the step from one sub-pixel's colour to the next.
 const MAX_STEPS: usize = 12;
 
-/// What a walk needs to know of the tile's triangles, by their places in its list.
+/// The tile's triangles for a walk, by their places in its list.
 pub(crate) trait Mesh {
     /// The triangle; `None` if it is translucent or nowhere near the tile.
     fn triangle(&self, id: u32) -> Option<&RasterTriangle>;

@@ -52,7 +52,7 @@ pub(crate) struct CellBrick {
     pub(crate) range: [f32; 2],
     /// The channels after the first.
     pub(crate) more: Vec<BrickChannel>,
-    /// Which cells of the box may be seen.
+    /// The cells of the box that may be visible.
     pub(crate) shown: ShownCells,
     /// 1 at vertices that the mask shows, 0 at others; `None` where it shows all of them.
     pub(crate) mask: Option<Box<[u8; TABLE_LEN]>>,

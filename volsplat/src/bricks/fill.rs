@@ -17,7 +17,7 @@ use crate::grid::bounds::{Bounds, brick_corners};
 use crate::grid::units::gradient_from_differences;
 use crate::look::palette::Palette;
 
-/// What a field is made from.
+/// The input of a field.
 pub(crate) struct FieldPlan<'a> {
     /// At least one; all of one size.
     pub(crate) channels: Vec<PlannedChannel<'a>>,
@@ -31,7 +31,7 @@ pub(crate) struct PlannedChannel<'a> {
     pub(crate) shown: Shown,
 }
 
-/// What of a channel is seen.
+/// The visible part of a channel.
 pub(crate) enum Shown {
     /// Interpolated scalars.
     Scalars(Support),
@@ -321,7 +321,7 @@ impl Shown {
     }
 }
 
-/// What a mask hides of a brick.
+/// The part of a brick that a mask hides.
 enum Masked {
     None,
     All,

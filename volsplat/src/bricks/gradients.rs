@@ -15,7 +15,7 @@ use crate::light::gradient_in_f32;
 /// Vertices of a brick along an axis with one more on either side.
 const AROUND: usize = VERTEX_SIDE + 2;
 
-/// What the voxels of a brick and around it stand for, x fastest.
+/// The values of a brick's voxels and of those around it, x fastest.
 type Around = [f32; AROUND * AROUND * AROUND];
 
 /// Gradients of a function of the voxels, up to the greatest vertex: central differences, one-sided by repetition at the

@@ -13,7 +13,7 @@ use crate::look::scene::{Channel, Look, Scene};
 use crate::look::transfer::TransferFunction;
 use crate::slabs::channel::ChannelSettings;
 
-/// What the bricks of a scene are made from.
+/// Returns the plan from which the bricks of a scene are made.
 pub(crate) fn plan<'a>(scene: &Scene<'a>, options: &RenderOptions) -> Result<FieldPlan<'a>, Error> {
     Ok(FieldPlan {
         channels: scene

@@ -36,7 +36,7 @@ impl Narrowing {
         scale: 1.0,
     };
 
-    /// What scalars of a type, in this range, need.
+    /// Returns the rescaling of scalars of a type, in this range.
     pub(crate) fn of(voxel_type: VoxelType, (low, high): (f64, f64)) -> Self {
         let is_exact = match voxel_type {
             VoxelType::U8 | VoxelType::I8 | VoxelType::U16 | VoxelType::I16 | VoxelType::F32 => {
@@ -70,7 +70,7 @@ impl Narrowing {
         f64::from(((value - self.origin) * self.scale).clamp(-most, most) as f32)
     }
 
-    /// What scales with scalars, such as differences of theirs, drawn to the file's.
+    /// Converts a difference of drawn scalars to the file's.
     pub(crate) fn in_file(&self, difference: f32) -> f32 {
         (f64::from(difference) / self.scale) as f32
     }
@@ -179,7 +179,7 @@ impl Narrowed {
     }
 }
 
-/// What the scalars of a channel need.
+/// The rescaling of a channel's scalars.
 fn narrowing(channel: &Channel) -> Narrowing {
     let voxel_type = VoxelType::of(&channel.volume.voxels);
     let is_wide = matches!(voxel_type, VoxelType::U32 | VoxelType::I32 | VoxelType::F64);

@@ -1,4 +1,4 @@
-//! Which cells of a brick may be seen: from the least and the greatest value at the corners of each.
+//! The cells of a brick that may be visible: from the least and the greatest value at the corners of each.
 //!
 //! Ranges are found along one axis after another, all cells side by side: loops that become vector instructions.
 
@@ -46,7 +46,7 @@ fn bits_of(eight: [u8; CELL_SIDE]) -> u8 {
     (u64::from_le_bytes(eight).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
 }
 
-/// What the values at the eight corners of each cell combine to.
+/// Combines the values at the eight corners of each cell.
 #[inline(always)]
 fn over_corners<T: Copy + Default>(
     table: &[T; TABLE_LEN],

@@ -45,7 +45,7 @@ pub enum Layer {
     Selection,
 }
 
-/// What one ray gives.
+/// The result of one ray.
 #[derive(Clone, Copy, Debug)]
 struct Traced {
     first: f64,
@@ -108,7 +108,7 @@ impl FieldPipeline {
     }
 }
 
-/// What is refused where there are no cells to walk through.
+/// The error where there are no cells to walk through.
 pub(crate) fn refused() -> Error {
     let what = "planes beside the colour: first hits, normals and sample counts are made of the field of one channel of \
                 scalars in memory, without a mask, opacity by the gradient or another blend; the selection in the \

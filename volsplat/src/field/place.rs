@@ -78,7 +78,7 @@ pub(crate) fn tile_rect(
     extent(bounds, view, grid, settings).map(|extent| grid.rect(extent.columns, extent.rows))
 }
 
-/// What a box of cells covers.
+/// The extent of a box of cells.
 struct Extent {
     planes: [u32; 2],
     columns: [u16; 2],

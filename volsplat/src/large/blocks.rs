@@ -18,7 +18,7 @@ use crate::look::visible_values::VisibleValues;
 pub(crate) struct Rows {
     /// Bricks along z before this layer.
     pub(crate) layer: usize,
-    /// Which rows of bricks along y.
+    /// Rows of bricks along y.
     pub(crate) rows: Range<usize>,
 }
 

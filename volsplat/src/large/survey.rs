@@ -21,7 +21,7 @@ use crate::look::transfer::Histogram;
 /// the ranges of the bricks need room beside it.
 const BLOCK_SHARE: u64 = 16;
 
-/// What is known of the values.
+/// Facts of the values.
 #[derive(Clone, Debug)]
 pub(crate) struct Survey {
     /// Least and greatest scalar.
@@ -29,7 +29,7 @@ pub(crate) struct Survey {
     pub(crate) histogram: Histogram,
     /// How often each value occurs, where the type has few.
     pub(crate) tally: Option<Tally>,
-    /// What its scalars need to be drawn.
+    /// The rescaling of its scalars.
     pub(crate) narrowing: Narrowing,
     /// Least and greatest scalar, as drawn, of each brick of cells, x fastest.
     pub(crate) bricks: Vec<[f32; 2]>,

@@ -89,7 +89,7 @@ impl LargeVolume {
         &self.source
     }
 
-    /// What its scalars need to be drawn.
+    /// The rescaling of its scalars.
     pub(crate) fn narrowing(&self) -> Narrowing {
         self.survey.narrowing
     }

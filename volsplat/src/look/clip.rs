@@ -10,7 +10,7 @@ use glam::{DAffine3, DVec3};
 use crate::Error;
 use crate::grid::bounds::Bounds;
 
-/// What is kept of a volume: what lies in every part of the clip. The default keeps everything.
+/// The kept part of a volume: the intersection of all parts of the clip. The default keeps everything.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde",

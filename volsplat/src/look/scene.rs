@@ -1,4 +1,4 @@
-//! What is drawn: one channel or several on one grid, each with its own look, and a mask over all of them.
+//! The scene: one channel or several on one grid, each with its own look, and a mask over all of them.
 //!
 //! Channels lie over one another: their extinctions add up, and their colours mix in proportion to their extinctions. Each
 //! is classified by itself. Tints have no extinction: where there are any, their sum multiplies the colour of all others.
@@ -15,7 +15,7 @@ use crate::look::transfer::TransferFunction;
 use crate::look::transfer::strength::{classified, strength_of};
 use crate::look::visible_values::count_visible;
 
-/// What is drawn.
+/// The scene.
 #[derive(Clone, Debug)]
 pub struct Scene<'a> {
     /// The channels, at least one.

@@ -7,7 +7,7 @@ use resample_volume::volume::{Volume, VoxelType, Voxels, scalar, with_voxels};
 
 use crate::look::transfer::TransferFunction;
 
-/// Which values a transfer function shows: a table where the type has few.
+/// The values that a transfer function shows: a table where the type has few.
 pub(crate) enum VisibleValues<'a> {
     Table { lowest: i32, shown: Vec<bool> },
     Direct(&'a TransferFunction),

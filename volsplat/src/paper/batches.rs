@@ -99,7 +99,7 @@ pub(crate) fn in_batches(
 }
 
 impl Batch {
-    /// What is not hidden of the batch, cut into what one task projects.
+    /// The part of the batch that is not hidden, cut into runs of one task.
     pub(crate) fn runs(
         &self,
         layers: &[Layer],

@@ -279,7 +279,7 @@ impl EverySample {
     }
 }
 
-/// What runs of bricks are projected with.
+/// The input for projecting runs of bricks.
 struct Projection<'a> {
     setups: &'a [ProjectSetup],
     layers: &'a [Layer],

@@ -1,4 +1,4 @@
-//! What is hidden: which tiles are opaque, and whether all that something touches is.
+//! Hidden samples: opaque tiles, and samples that touch opaque tiles alone.
 //!
 //! After each batch of bricks the opaque tiles are counted into a table of sums, so that the question whether every tile of
 //! a rectangle is opaque takes four reads, however large it is: what a pyramid of tiles and larger squares would answer by

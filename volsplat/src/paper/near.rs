@@ -23,7 +23,7 @@ pub(crate) struct NearSample {
     pub depth: f32,
 }
 
-/// What near samples are integrated with.
+/// The input for integrating near samples.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NearSetup {
     /// Camera in the grid, kernel radius, opacity unit.

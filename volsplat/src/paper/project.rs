@@ -28,7 +28,7 @@ use crate::paper::samples::sample_light::SampleLight;
 pub(crate) struct ProjectSetup {
     /// Camera, kernel and modes, as the block geometry wants them.
     pub(crate) lens: Lens,
-    /// What the camera sees.
+    /// The view volume of the camera.
     pub(crate) view_volume: ViewVolume,
     /// Tiles of the picture.
     pub(crate) grid: TileGrid,
@@ -42,13 +42,13 @@ pub(crate) struct ProjectSetup {
     pub(crate) painting: Painting,
     /// Vector instructions to use.
     pub(crate) level: Vectors,
-    /// What primitives are sorted by.
+    /// The sort keys of primitives.
     pub(crate) keys: SortKeys,
     /// The layer's number.
     pub(crate) layer: u8,
 }
 
-/// What primitives are sorted by.
+/// The sort keys of primitives.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum SortKeys {
     /// Their depth.
@@ -67,7 +67,7 @@ impl SortKeys {
     }
 }
 
-/// What projecting a chunk of bricks gave.
+/// The result of projecting a chunk of bricks.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ProjectedChunk {
     /// Points and splats, listed by tile.

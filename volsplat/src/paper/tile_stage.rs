@@ -17,7 +17,7 @@ use super::near::{NearSample, NearSetup, composite_near};
 use super::project::ProjectedChunk;
 use crate::picture::tiles::{Means, TileSlot};
 
-/// What a frame's tiles are made with.
+/// The input of a frame's tiles.
 pub(crate) struct TileStage<'a> {
     /// Compositing settings.
     pub(crate) settings: TileSettings,
@@ -29,13 +29,13 @@ pub(crate) struct TileStage<'a> {
     pub(crate) near: Vec<NearSample>,
     /// How those of each layer are integrated.
     pub(crate) near_setups: &'a [NearSetup],
-    /// What is composited at a time.
+    /// The samples that are composited together.
     pub(crate) layers: Layers,
     /// Sub-pixels along a pixel's side.
     pub(crate) subpixels: usize,
 }
 
-/// What is composited at a time.
+/// The samples that are composited together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Layers {
     /// A sample; points in sheets of their own.
@@ -55,9 +55,9 @@ struct Scratch {
 /// A tile between two batches of samples.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct OpenTile {
-    /// What its pixels have gathered; made when something touches the tile.
+    /// Accumulated pixels; made when something touches the tile.
     pixels: Option<Box<TilePixels>>,
-    /// What was listed and may still have something before it.
+    /// Listed samples that may still have something before them.
     pending: Vec<u64>,
     pub(crate) is_opaque: bool,
 }

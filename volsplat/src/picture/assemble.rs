@@ -20,13 +20,13 @@ pub(crate) struct TileLayout {
     pub(crate) subpixels: u32,
     /// How pixels follow from them.
     pub(crate) means: Means,
-    /// What a tile's depth is.
+    /// The depth of a tile.
     pub(crate) depth: TileDepth,
     /// The length in which that is counted, world units.
     pub(crate) length: f64,
 }
 
-/// What a tile's depth is.
+/// The depth of a tile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TileDepth {
     /// Distance from the eye (perspective) or camera z.

@@ -10,7 +10,7 @@ use crate::stats::{FrameStats, SampleCounts};
 /// One tile of the frame buffer, with what it cost.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TileSlot {
-    /// What the tile's pixels hold, row by row, made when the tile first shows something: memory follows what is
+    /// The pixels of the tile, row by row, made when the tile first shows something: memory follows what is
     /// visible. Read it with [`TileSlot::shown`].
     pixels: Vec<ShownPixel>,
     /// Half of the differences between the halves of the pixels, along x and along y; only where means are corrected by
@@ -22,7 +22,7 @@ pub(crate) struct TileSlot {
     /// Items listed in the tile, where they are not in `entries`.
     listed: usize,
     pub(crate) counts: TileCounts,
-    /// What became of the samples of a field.
+    /// Counts of a field's samples.
     pub(crate) work: SampleCounts,
     pub(crate) sort_ms: f64,
     pub(crate) composite_ms: f64,
@@ -117,7 +117,7 @@ impl TileSlot {
         }
     }
 
-    /// What the tile shows in this frame, row by row; `None` where that is nothing.
+    /// The pixels of the tile in this frame, row by row; `None` where nothing is seen.
     pub(crate) fn shown(&self) -> Option<&[ShownPixel]> {
         self.seen.then_some(self.pixels.as_slice())
     }

@@ -1,4 +1,4 @@
-//! What a channel's samples are read and classified with.
+//! Settings of a channel: how its samples are read and classified.
 
 use std::sync::Arc;
 

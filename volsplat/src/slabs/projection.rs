@@ -6,7 +6,7 @@ use resample_core::{Camera, GridView, Projection};
 
 use super::settings::{Anchor, SheetSettings};
 
-/// What voxels are projected with.
+/// The input for projecting voxels.
 #[derive(Clone, Debug)]
 pub(crate) struct SheetProjection {
     view: GridView,

@@ -1,4 +1,4 @@
-//! What every tile of a frame of sheets shares: the slabs, the transfer function, the light.
+//! Settings shared by every tile of a frame: the slabs, the transfer function, the light.
 //!
 //! Slabs are parallel to the image plane and equally thick; the plane of slab k is at camera z = (k + 1/2) thickness,
 //! fixed to the eye, so that nothing pops when the view turns.
@@ -39,7 +39,7 @@ pub(crate) struct Slabs {
     pub(crate) opacity_unit: f64,
 }
 
-/// What every tile of a frame shares.
+/// Settings shared by every tile of a frame.
 #[derive(Clone, Debug)]
 pub(crate) struct SheetSettings {
     pub(crate) level: Vectors,

@@ -1,4 +1,4 @@
-//! What can be wrong with what a caller hands in, sorted by who must act.
+//! Errors of a caller's input, sorted by who must act.
 
 use std::path::PathBuf;
 
@@ -14,7 +14,7 @@ pub enum Error {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The file is not what its format says it must be.
@@ -30,7 +30,7 @@ pub enum Error {
     Unsupported {
         /// The file.
         path: PathBuf,
-        /// What it holds, and what to do.
+        /// The fault, and the remedy.
         what: String,
     },
     /// An option or a combination of options makes no sense.

@@ -1,4 +1,4 @@
-//! What is put where no reference saw anything.
+//! Filling of holes: pixels that no reference shows.
 //!
 //! A hole that opens behind a surface shows what is behind, so only the far side of its rim says what it may look like.
 //! `Background` takes the mean of the far rim pixels that are nearest to a disc around the pixel, which grows with the

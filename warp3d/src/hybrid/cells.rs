@@ -67,7 +67,7 @@ impl<S: Simd> Halves<S> {
         }
     }
 
-    /// Which centres lie in the cells some steps further, and which of them on the first triangle.
+    /// The centres in the cells some steps further, and those on the first triangle.
     #[inline(always)]
     fn inside(&self, simd: S, step: [f32x8<S>; 2]) -> (mask32x8<S>, mask32x8<S>) {
         let zero = f32x8::splat(simd, 0.0);

@@ -13,7 +13,7 @@ const MOST_STEPS: f32 = 3.0;
 /// A place this close outside an edge counts, px.
 const SLACK: f32 = 1e-3;
 
-/// What the centres of a band see.
+/// The pieces at the centres of a band.
 pub(super) struct Centres<'a> {
     pub(super) width: usize,
     pub(super) rows: [usize; 2],
@@ -22,7 +22,7 @@ pub(super) struct Centres<'a> {
     pub(super) rim: &'a mut [f32],
 }
 
-/// Which of eight pieces cover a few pixel centres at most, and which those may be.
+/// The pieces, of eight, that cover a few pixel centres at most, and those centres.
 pub(super) struct Small<S: Simd> {
     pub(super) some: mask32x8<S>,
     /// Column and row of the first centre.

@@ -24,7 +24,7 @@ pub(super) struct Places {
     slack: f32,
 }
 
-/// What the places of a band's slots see.
+/// The pieces at the places of a band's slots.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lattice {
     /// Nearness of each place, slot by slot.
@@ -89,7 +89,7 @@ impl Lattice {
 struct Scan<S: Simd, const N: usize> {
     /// Edge functions less what still counts: above 0 inside.
     edges: [f32x16<S>; N],
-    /// What a pixel to the right and a pixel below add.
+    /// The steps from a pixel to its right and to its lower neighbour.
     steps: [[f32; 2]; N],
     nearness: f32x16<S>,
     nearness_steps: [f32; 2],
@@ -138,7 +138,7 @@ impl<S: Simd, const N: usize> Scan<S, N> {
         }
     }
 
-    /// Which places lie inside, some pixels further.
+    /// The places inside, some pixels further.
     #[inline(always)]
     fn inside(&self, simd: S, [columns, rows]: [f32; 2]) -> fearless_simd::mask32x16<S> {
         let at = |k: usize| {

@@ -34,7 +34,7 @@ pub(crate) use pixels::NO_SLOT;
 use slots::one_beyond_doubt;
 pub(crate) use slots::{SlotParts, one_surface};
 
-/// What the pixel centres see, and the finer lattice near edges.
+/// The pieces at the pixel centres, and the finer lattice near edges.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Hybrid {
     projected: Projected,
@@ -57,7 +57,7 @@ pub(crate) struct Hybrid {
     touched: Flags,
 }
 
-/// What all places of a pixel see.
+/// The pieces at all places of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Sight {
     Nothing,
@@ -73,11 +73,11 @@ pub(crate) struct How {
     pub(crate) subpixels: usize,
     /// Vector instructions.
     pub(crate) level: Vectors,
-    /// What for.
+    /// The purpose of the picture.
     pub(crate) purpose: Purpose,
 }
 
-/// What is drawn, and how.
+/// The input of a drawing.
 struct Drawing<'a> {
     scene: Scene<'a>,
     level: Vectors,

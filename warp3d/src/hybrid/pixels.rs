@@ -10,7 +10,7 @@ pub(crate) const NO_SLOT: u32 = u32::MAX;
 
 /// The pixels that the bounding boxes of eight pieces touch inside a band.
 pub(super) struct Boxes<S: Simd> {
-    /// Which touch any.
+    /// The pieces that touch any.
     pub(super) some: mask32x8<S>,
     /// First and last column, first and last row.
     pub(super) ranges: [[f32; LANES]; 4],

@@ -1,4 +1,4 @@
-//! What each pixel near an edge sees, grouped into surfaces once, for all the pixels whose Gaussian reaches it.
+//! The surfaces at each pixel near an edge, grouped once, for all the pixels whose Gaussian reaches it.
 //!
 //! Pieces of joined cells that share a corner are one surface, as their numbers alone show; other pieces are
 //! one if the one lies on the plane of the other.

@@ -32,7 +32,7 @@ const ROUNDS: usize = 16;
 /// The level of an unknown number.
 const UNKNOWN: i32 = i32::MIN;
 
-/// What a step of the stored numbers is.
+/// The size of a step of the stored numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Scale {
     /// Whole numbers, multiples of this.

@@ -1,4 +1,4 @@
-//! What the numbers of a depth file mean: from stored numbers to camera z.
+//! The meaning of a depth file's numbers: from stored numbers to camera z.
 //!
 //! Takes a plane of numbers and what the user says about them, gives camera z in world units, NaN where nothing is
 //! known. Each kind has one formula, evaluated in f64 per pixel; a number that the kind cannot mean (zero or negative
@@ -45,7 +45,7 @@ impl Numbers {
     }
 }
 
-/// What a stored number is.
+/// The meaning of a stored number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -73,10 +73,10 @@ pub enum DepthKind {
     OpenGl,
 }
 
-/// What the user says about a depth file.
+/// The user's description of a depth file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthMeaning {
-    /// What a number is.
+    /// The meaning of a number.
     pub kind: DepthKind,
     /// Stored numbers are multiplied by this first; codes of MPEG and OpenGL are divided by their largest value
     /// instead where none is given.

@@ -1,4 +1,4 @@
-//! What a picture, its depth and its camera must have in common.
+//! Checks that a picture, its depth and its camera agree.
 
 use std::path::Path;
 

@@ -35,7 +35,7 @@ pub(crate) struct Nearest {
     rows: Vec<PlacedRow>,
 }
 
-/// What is known of a row of samples.
+/// A placed row of samples.
 #[derive(Clone, Copy, Debug)]
 struct PlacedRow {
     /// Screen rows that it touches.

@@ -18,9 +18,9 @@ const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
 pub(crate) struct EightCells<S: Simd> {
     /// Screen x, screen y and nearness of the corners: top left, top right, bottom left, bottom right.
     corners: [[f32x8<S>; 3]; 4],
-    /// Which are joined.
+    /// The joined cells.
     pub(crate) joined: u64,
-    /// Which share the main diagonal.
+    /// The cells that share the main diagonal.
     main: mask32x8<S>,
     /// The same, one bit each.
     main_bits: u64,
@@ -82,7 +82,7 @@ impl<S: Simd> EightCells<S> {
         &self.corners
     }
 
-    /// Which share the main diagonal.
+    /// Returns the cells that share the main diagonal.
     #[inline(always)]
     pub(crate) fn main(&self) -> mask32x8<S> {
         self.main

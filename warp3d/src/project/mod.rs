@@ -46,7 +46,7 @@ pub(crate) struct Projected {
     rows: Vec<RowRange>,
 }
 
-/// What receives the pieces of a band.
+/// A receiver of a band's pieces.
 pub(crate) trait Sink {
     /// Eight cells of a row.
     fn eight<S: Simd>(&mut self, simd: S, cells: &EightCells<S>);

@@ -14,7 +14,7 @@ use crate::view::warp::Warp;
 /// 0.5 to 7.5.
 const PLACES: [f64; LANES] = [0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5];
 
-/// What places on the screen are computed from.
+/// The terms of places on the screen.
 #[derive(Clone, Debug)]
 pub(crate) struct Terms {
     /// Constant, and what x, y and disparity add: screen x, screen y and their divisor, all scaled, and the numerator of

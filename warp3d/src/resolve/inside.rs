@@ -35,12 +35,12 @@ const STEPS: [f64; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 /// One number a pixel of a run.
 type Lane = [f32; RUN];
 
-/// What a run of pixels sees, and where.
+/// The piece that a run of pixels sees, and the place on it.
 pub(super) struct Run {
     pieces: [u32; RUN],
     /// The pieces' planes: place x and y, disparity, slope x and y.
     planes: [Lane; 5],
-    /// Which places are numbers, one bit a pixel.
+    /// The finite places, one bit a pixel.
     finite: u64,
     /// Position in the reference, px.
     place: [[f64; RUN]; 2],

@@ -37,7 +37,7 @@ const UNMOVED_PX: f64 = 0.25;
 /// A surface with this share of a pixel's weight has it all, and its centre of gravity is the pixel's, up to rounding.
 const NEARLY_ALL: f32 = 0.999_99;
 
-/// What a pixel becomes.
+/// The result of a pixel.
 #[derive(Clone, Copy, Debug)]
 struct Resolved {
     rgba: [f32; 4],

@@ -35,7 +35,7 @@ pub(super) struct Parts {
     pub(super) window: [f32; 3],
 }
 
-/// What a pixel of the window adds to a surface.
+/// The share of a pixel of the window in a surface.
 struct Share {
     /// Weight and moment.
     sum: [f32; 3],

@@ -1,4 +1,4 @@
-//! What resolving a picture needs: what the pixels see, the reference and the map to the screen.
+//! The input for resolving a picture: the visible pieces, the reference and the map to the screen.
 
 use glam::DVec3;
 use resample_core::simd::Vectors;
@@ -61,7 +61,7 @@ pub(crate) struct Resolver<'a> {
     pub(super) hybrid: &'a Hybrid,
     pub(super) prepared: &'a Prepared,
     pub(super) warp: &'a Warp,
-    /// What x, y, 1 and disparity add to the homogeneous screen position.
+    /// The terms of x, y, 1 and disparity in the homogeneous screen position.
     pub(super) columns: [DVec3; 4],
     pub(super) size: [usize; 2],
     pub(super) level: Vectors,

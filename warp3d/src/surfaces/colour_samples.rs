@@ -10,7 +10,7 @@ use crate::surfaces::surface::{RECOLOURED, Surfaces};
 /// Samples that one task looks at.
 const PART: usize = 1 << 16;
 
-/// What colours are looked up in.
+/// The colours that are looked up.
 #[derive(Clone, Debug)]
 pub(crate) struct Colours {
     /// Coefficients of the cubic spline through the samples.

@@ -29,7 +29,7 @@ pub(crate) fn cell_of(id: u32) -> usize {
     (id / KINDS) as usize
 }
 
-/// Which row a cell is in, by a multiplication: it is asked for every pixel, and a division takes longer than all else.
+/// The row of a cell, by a multiplication: it is needed for every pixel, and a division takes longer than all else.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellRows {
     factor: u64,

@@ -61,7 +61,7 @@ impl Edges {
     }
 }
 
-/// What some edges vote for.
+/// The votes of some edges.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Votes {
     sharp: u64,
@@ -118,7 +118,7 @@ impl Votes {
         }
     }
 
-    /// What most edges are.
+    /// The majority.
     pub(crate) fn edges(self) -> Edges {
         let mean = |i: usize| self.skew[i] / self.whole[i].max(1) as f64;
         match self {

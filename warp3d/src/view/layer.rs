@@ -1,4 +1,4 @@
-//! What one reference gives for one picture, before references are blended.
+//! The picture of one reference, before references are blended.
 
 /// One reference seen from the target camera.
 #[derive(Clone, Debug, Default)]

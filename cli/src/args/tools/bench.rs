@@ -12,7 +12,7 @@ use crate::values::Size;
 /// Options of `resample bench`.
 #[derive(Args, Clone, Debug)]
 pub struct BenchArgs {
-    /// Which table.
+    /// The table.
     #[command(subcommand)]
     pub table: BenchTable,
 }

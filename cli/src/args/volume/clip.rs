@@ -8,7 +8,7 @@ use volsplat::ClipPlane;
 
 use crate::values;
 
-/// Which part of the volume is drawn.
+/// The part of the volume that is drawn.
 #[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 #[command(next_help_heading = "Clipping")]
 pub struct ClipArgs {

@@ -34,7 +34,7 @@ pub struct VolumeArgs {
     /// Multiply every value by SCALE and add OFFSET, such as 1,-1024 for a raw CT
     #[arg(long, value_name = "SCALE,OFFSET", value_parser = values::pair, allow_hyphen_values = true)]
     pub rescale_values: Option<[f64; 2]>,
-    /// What reading may do.
+    /// Rules of reading.
     #[command(flatten)]
     pub reading: ReadingArgs,
 }

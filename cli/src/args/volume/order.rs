@@ -1,4 +1,4 @@
-//! Which order of compositing the options that are given select.
+//! The order of compositing that the given options select.
 //!
 //! Takes the options, gives the order; an option that does nothing in that order is an error, never ignored. An option's
 //! orders follow from the group of options that it belongs to; the exceptions are listed here.

@@ -1,11 +1,11 @@
-//! What reading files may do, as it is typed.
+//! Rules of reading files, as typed.
 
 use clap::Args;
 use resample_io::{Gate, Outside};
 
 use crate::values;
 
-/// What reading files may do.
+/// Rules of reading files.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Reading")]
 pub struct ReadingArgs {

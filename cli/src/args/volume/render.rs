@@ -47,7 +47,7 @@ pub struct RenderArgs {
     /// Multiply the extinction by a ramp over the length of the gradient: 0 at LOW, 1 at HIGH, value per world unit
     #[arg(long, value_name = "LOW,HIGH", value_parser = values::ramp)]
     pub gradient_opacity: Option<[f64; 2]>,
-    /// Which part of the volume is drawn.
+    /// The part of the volume that is drawn.
     #[command(flatten)]
     pub clip: ClipArgs,
     /// The value of a ray that a pixel shows.

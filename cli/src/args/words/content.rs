@@ -1,4 +1,4 @@
-//! What a file holds and which command draws it, by its content.
+//! Finds the command of a file by its content.
 //!
 //! Takes names as they are typed, gives the application. Volumes are asked first, because their marks are the surest;
 //! then meshes, then pictures. An ending decides nothing.
@@ -14,7 +14,7 @@ use volsplat::input::Format;
 use crate::args::words::application::Application;
 use crate::values::input_file::InputFile;
 
-/// What a file holds.
+/// The content of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Content {
     /// A volume, or slices of one.

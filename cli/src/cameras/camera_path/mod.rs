@@ -44,7 +44,7 @@ pub(crate) struct Key {
     volume: VolumeKey,
 }
 
-/// What keys may say.
+/// The keys of a path that an application knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum KeyKind {
     /// Where the camera is.
@@ -120,7 +120,7 @@ impl CameraPath {
     }
 }
 
-/// What moves, key by key.
+/// Moving values, key by key.
 struct Tracks {
     template: Camera,
     /// Each number along the keys: pivot x, y, z; then logarithms of distance, focal lengths and near plane; then the

@@ -16,7 +16,7 @@ use volsplat::{Clip, ClipPlane};
 use super::spline;
 use crate::cameras::json_fields::Fields;
 
-/// What one key says about a volume.
+/// The values of a volume at one key.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct VolumeKey {
     /// The transfer function.

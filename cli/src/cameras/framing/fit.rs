@@ -25,7 +25,7 @@ pub struct Seen {
     pub near_enough: f64,
 }
 
-/// What a camera sees; `None` where that is nothing.
+/// The extent that a camera sees; `None` where that is nothing.
 pub type Measure<'a> = dyn FnMut(&Camera) -> Result<Option<Seen>> + 'a;
 
 /// How often the measure is asked for each view at most: a round misses by the difference in distance of what is near and far, which the

@@ -14,7 +14,7 @@ use crate::values::{Orbit, Size};
 pub mod fit;
 pub mod volume;
 
-/// What must be in the picture.
+/// The points that must be in the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
     /// Two corners of a box along the world's axes that holds all of it.
@@ -30,7 +30,7 @@ pub struct View {
     pub size: Size,
     /// Angles and distance.
     pub orbit: Orbit,
-    /// Which way up, and which side is the front.
+    /// The up direction and the front side.
     pub stance: Stance,
     /// Kind of view and its opening.
     pub lens: Lens,

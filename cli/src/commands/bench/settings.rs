@@ -56,7 +56,7 @@ pub(super) enum Motion {
     Shimmer(fn(&Camera) -> Vec<Camera>),
 }
 
-/// What pictures are compared with, and how they move.
+/// Pictures that are compared, and their movement.
 pub(super) struct Compared {
     pub(super) against: Against,
     pub(super) motion: Motion,

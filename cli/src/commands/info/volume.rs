@@ -105,7 +105,7 @@ struct Facts {
     memory: Memory,
 }
 
-/// What drawing takes, bytes.
+/// Memory of a drawing, bytes.
 struct Memory {
     voxels: u64,
     /// Beside the voxels, if all of them are visible.

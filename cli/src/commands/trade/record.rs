@@ -15,7 +15,7 @@ pub(super) struct Report {
     pub(super) heading: String,
     /// The measured command without any setting, as it is typed.
     pub(super) command: String,
-    /// What errors are taken against.
+    /// The reference of the errors.
     pub(super) reference: String,
     /// Frames of each setting.
     pub(super) reps: u16,

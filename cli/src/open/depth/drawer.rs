@@ -37,7 +37,7 @@ pub(crate) enum LastPicture {
 pub(crate) struct Source {
     pub(crate) frames: Frames,
     pub(crate) args: Warp3dArgs,
-    /// Which of them the warper has.
+    /// The picture whose references the warper holds.
     pub(crate) current: usize,
 }
 

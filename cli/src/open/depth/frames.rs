@@ -174,7 +174,7 @@ impl Frames {
     }
 }
 
-/// Which camera of a frame.
+/// The camera of a frame.
 #[derive(Clone, Copy)]
 enum Side {
     From,

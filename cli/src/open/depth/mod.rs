@@ -88,7 +88,7 @@ impl Open {
         self.ready.drawer.turn_to(number)
     }
 
-    /// What lies behind every picture.
+    /// The background of every picture.
     pub(crate) fn background(&self) -> &Background {
         &self.ready.plan.finish.background
     }

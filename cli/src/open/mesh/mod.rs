@@ -119,7 +119,7 @@ impl Open {
         Ok(())
     }
 
-    /// What lies behind every picture.
+    /// The background of every picture.
     pub(crate) fn background(&self) -> &Background {
         &self.plan.finish.background
     }

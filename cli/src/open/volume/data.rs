@@ -1,4 +1,4 @@
-//! What is drawn: volumes in memory, or one that stays in its file because it is larger than the memory that was allowed.
+//! The content to draw: volumes in memory, or one that stays in its file because it is larger than the memory that was allowed.
 //!
 //! Takes what was typed, gives what framing and the stats file ask of the first volume, and a renderer.
 
@@ -24,7 +24,7 @@ use crate::open::volume::scene;
 use crate::open::volume::scene::Volumes;
 use crate::process::progress::{Progress, watch};
 
-/// What is drawn.
+/// The content to draw.
 pub(crate) enum Content {
     /// Volumes in memory.
     Memory(Volumes),
@@ -32,10 +32,10 @@ pub(crate) enum Content {
     Stored(Box<LargeVolume>, TransferFunction, Suggested),
 }
 
-/// What a renderer keeps of a volume.
+/// The part of a volume that a renderer keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Keeping {
-    /// What its transfer function shows.
+    /// The part that its transfer function shows.
     Shown,
     /// All of it, so that any other look is quick.
     Whole,

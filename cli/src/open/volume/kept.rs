@@ -61,7 +61,7 @@ impl Open {
         matches!(self.options.order, Order::Field(_))
     }
 
-    /// What lies behind every picture.
+    /// The background of every picture.
     pub(crate) fn background(&self) -> &Background {
         &self.plan.finish.background
     }

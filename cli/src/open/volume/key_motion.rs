@@ -1,4 +1,4 @@
-//! What changes of a volume from picture to picture: its transfer function and its clip, between the keys of a path.
+//! Moving parts of a volume: its transfer function and its clip, between the keys of a path.
 //!
 //! Takes the keys and the volume, makes the functions once, gives each picture its own by mixing those of the keys
 //! around it. The renderer is prepared with the mean of all of them, so that its bricks hold what any picture shows and

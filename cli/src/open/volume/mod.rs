@@ -48,14 +48,14 @@ pub(crate) struct Open {
     options: RenderOptions,
     /// Ends a frame that nobody waits for.
     stop: Stop,
-    /// What changes from picture to picture beside the camera.
+    /// Changes from picture to picture beside the camera.
     motion: Option<VolumeMotion>,
     cameras: Vec<Camera>,
     load_ms: f64,
     classify_ms: f64,
 }
 
-/// What lies under a pixel.
+/// The point under a pixel.
 pub(crate) struct Probed {
     /// World position.
     pub(crate) world: DVec3,
@@ -362,7 +362,7 @@ fn loaded(
     })
 }
 
-/// What changes from picture to picture beside the camera; the content takes the mean of its looks.
+/// Changes from picture to picture beside the camera; the content takes the mean of its looks.
 fn motion(args: &VolsplatArgs, plan: &Plan, content: &mut Content) -> Result<Option<VolumeMotion>> {
     let Some((path, pictures)) = plan.path() else {
         return Ok(None);

@@ -26,7 +26,7 @@ pub(crate) struct Volumes {
     /// At least one; the first gives the picture its grid.
     pub channels: Vec<LookedAt>,
     mask: Option<Arc<Volume>>,
-    /// What goes with the look of the only channel.
+    /// The light and blending of the only channel's look.
     pub suggested: Suggested,
 }
 

@@ -22,7 +22,7 @@ const SAMPLE_BYTES: u64 = 4096;
 /// Samples of a file, evenly spread: half a megabyte, under a millisecond where the file has just been read. A guess.
 const SAMPLES: u64 = 128;
 
-/// What all pictures of a run have in common.
+/// The common part of all pictures of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Fingerprint(DefaultHasher);
 

@@ -45,15 +45,15 @@ pub(crate) struct Sequence<'a> {
     pub names: &'a FrameNames,
     /// How every picture is finished.
     pub finish: &'a Finish,
-    /// What happens to pictures that exist.
+    /// The treatment of pictures that exist.
     pub existing: Existing,
-    /// What of them is drawn.
+    /// The part that is drawn.
     pub part: Part,
-    /// What tells them from pictures of other settings.
+    /// Distinguishes them from pictures of other settings.
     pub fingerprint: Fingerprint,
 }
 
-/// What happens to pictures that exist.
+/// The treatment of pictures that exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Existing {
     /// They are drawn again.
@@ -62,7 +62,7 @@ pub(crate) enum Existing {
     Keep,
 }
 
-/// What became of a sequence.
+/// The result of a sequence.
 pub(crate) struct Outcome {
     /// The pictures that were drawn, in order.
     pub frames: Vec<WrittenFrame>,

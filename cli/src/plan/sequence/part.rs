@@ -15,7 +15,7 @@ use crate::plan::Request;
 use crate::process::report::WrittenFrame;
 use crate::values::TileWord;
 
-/// What one process draws.
+/// The part of the work of one process.
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
     /// The numbers of the pictures.
@@ -59,7 +59,7 @@ impl Part {
         }
     }
 
-    /// What the file of a tile says; `None` where pictures are drawn whole.
+    /// The mark in the file of a tile; `None` where pictures are drawn whole.
     pub(crate) fn mark(
         &self,
         (number, fingerprint): (Option<usize>, String),

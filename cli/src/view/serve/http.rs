@@ -15,7 +15,7 @@ const MAX_HEAD_BYTES: usize = 16 << 10;
 /// Most lines of a head.
 const MAX_HEADERS: usize = 100;
 
-/// What may be asked for.
+/// The resources of the server.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Wanted {
     /// The page.
@@ -35,7 +35,7 @@ pub(crate) enum Refusal {
     Forbidden,
 }
 
-/// Who may ask.
+/// Access rules.
 #[derive(Clone, Debug)]
 pub(crate) struct Door {
     pub(crate) token: String,
@@ -109,7 +109,7 @@ impl Door {
         Ok(Self { token, hosts })
     }
 
-    /// What a request is answered with.
+    /// The resource that a request asks for.
     pub(crate) fn wanted(&self, head: &Head) -> Result<Wanted, Refusal> {
         // A proxy may hand the page on under a longer path; the token is the last part but one.
         let path = head.path.split(['?', '#']).next().unwrap_or_default();

@@ -4,7 +4,7 @@ use anyhow::Result;
 
 use super::http::name_of_host;
 
-/// What the browser is given.
+/// The page for the browser.
 pub(crate) struct Page {
     pub(crate) headers: Vec<String>,
     pub(crate) html: String,

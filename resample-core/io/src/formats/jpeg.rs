@@ -18,7 +18,7 @@ pub(crate) fn check_whole(bytes: &[u8]) -> Result<(), String> {
     }
 }
 
-/// What follows the segments before the first data.
+/// The bytes between the last segment and the first data.
 fn data_of(bytes: &[u8]) -> Option<&[u8]> {
     let mut rest = bytes.strip_prefix(b"\xff\xd8")?;
     loop {

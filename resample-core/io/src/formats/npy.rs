@@ -14,7 +14,7 @@ pub const MAGIC: &[u8] = b"\x93NUMPY";
 /// Longest header that is read: NumPy itself refuses more than 10 000 characters.
 const MAX_HEADER_BYTES: usize = 10_000;
 
-/// What the header says.
+/// The facts of the header.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Header {
     /// How one number is stored.
@@ -30,15 +30,15 @@ pub struct Header {
 /// How one number of an array is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Element {
-    /// What its bits mean.
+    /// The meaning of its bits.
     pub kind: Kind,
     /// Bytes of a number: 1, 2, 4 or 8.
     pub bytes: usize,
-    /// Which of its bytes is first.
+    /// The order of its bytes.
     pub endian: Endian,
 }
 
-/// What the bits of a number mean.
+/// The meaning of a number's bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A whole number from 0 up; a boolean is 0 or 1.
@@ -49,7 +49,7 @@ pub enum Kind {
     Float,
 }
 
-/// Which byte of a number is first.
+/// The order of a number's bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Endian {
     /// The lowest.
@@ -115,7 +115,7 @@ fn take(file: &mut dyn Read, count: usize) -> Result<Vec<u8>, String> {
     }
 }
 
-/// What stands behind the colon of a key, up to the end of the header.
+/// The text behind the colon of a key, up to the end of the header.
 fn entry<'a>(text: &'a str, key: &str) -> Result<&'a str, String> {
     let behind = text
         .split_once(&format!("'{key}'"))

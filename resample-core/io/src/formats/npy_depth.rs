@@ -106,7 +106,7 @@ fn number(element: &Element, bytes: &[u8]) -> f32 {
     }
 }
 
-/// What kind of numbers a depth holds.
+/// The kind of a depth's numbers.
 fn stored(element: &Element) -> Result<Stored, String> {
     Ok(match (element.kind, element.bytes) {
         (Kind::Float, _) => Stored::Float,

@@ -56,7 +56,7 @@ pub(crate) fn size(path: &Path) -> Result<[u32; 2], Error> {
     Ok(decoder.dimensions().into())
 }
 
-/// What reading takes, from the header alone.
+/// The memory that reading takes, from the header alone.
 pub(crate) fn storage(path: &Path) -> Result<Storage, Error> {
     let (format, decoder) = checked_decoder(path)?;
     let colour = decoder.color_type();

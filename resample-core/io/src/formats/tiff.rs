@@ -1,4 +1,4 @@
-//! What readers of TIFF files share: how a file begins, and how much a file of some length can unpack to.
+//! Shared by readers of TIFF files: the mark of a file, and the most that a file of some length can unpack to.
 
 /// Returns true if a file that begins with `head` is a TIFF or BigTIFF file.
 pub fn begins(head: &[u8]) -> bool {

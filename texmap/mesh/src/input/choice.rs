@@ -1,4 +1,4 @@
-//! What a caller says about a mesh file, and what it gets.
+//! Options of reading a mesh file, and the result.
 
 use std::path::PathBuf;
 
@@ -6,10 +6,10 @@ use resample_io::Gate;
 
 use crate::scene::Scene;
 
-/// What a caller says about a mesh file.
+/// Options of reading a mesh file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
-    /// Which scene of the file is read; without it the file's default, or its first.
+    /// The scene of the file to read; by default the file's own choice, or its first.
     pub scene: Option<SceneChoice>,
     /// The moment of an animation in which nodes, skins and morph targets stand; without it the pose of the file.
     pub pose: Option<Pose>,
@@ -17,11 +17,11 @@ pub struct LoadOptions {
     pub environment: Option<PathBuf>,
     /// Choice to read or skip the maps of light (roughness, metal, normals, occlusion).
     pub light_maps: LightMaps,
-    /// What becomes of pictures and material files that the file names and that cannot be read.
+    /// The treatment of pictures and material files that the file names and that cannot be read.
     pub unreadable: Unreadable,
     /// Picture for meshes that have texture coordinates and no texture.
     pub texture: Option<PathBuf>,
-    /// Which names inside files are followed, and how much memory their data may take.
+    /// Rules for names inside files, and the memory their data may take.
     pub gate: Gate,
 }
 
@@ -35,7 +35,7 @@ pub enum LightMaps {
     LeftOut,
 }
 
-/// What becomes of pictures and material files that are named and cannot be read.
+/// The treatment of pictures and material files that are named and cannot be read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Unreadable {
     /// An error: a surface without its picture looks like one that never had any.
@@ -63,6 +63,6 @@ pub struct Pose {
 pub struct Loaded {
     /// The scene: at least one triangle, every index in range, every number finite.
     pub scene: Scene,
-    /// What was left out or could not be had, one sentence each, for people.
+    /// Ignored or unreadable parts of the file, one sentence each, for people.
     pub notes: Vec<String>,
 }

@@ -25,7 +25,7 @@ pub(super) struct Names<'a> {
     pub folder: &'a Path,
     /// The folder of the file that was typed.
     pub root: &'a Path,
-    /// What is let through.
+    /// The rules of reading.
     pub gate: &'a Gate,
 }
 

@@ -102,7 +102,7 @@ fn of_head(head: &[u8], length: u64) -> Option<Format> {
     }
 }
 
-/// What follows a byte order mark and white space.
+/// The text behind a byte order mark and white space.
 fn text_of(bytes: &[u8]) -> &[u8] {
     bytes
         .strip_prefix(b"\xef\xbb\xbf")

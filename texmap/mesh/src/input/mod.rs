@@ -73,7 +73,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
     finished(path, scene, options, notes)
 }
 
-/// What a mesh file holds beside the scene that is drawn: only glTF has more than that.
+/// The content of a mesh file beside the drawn scene: only glTF has more than that.
 ///
 /// # Errors
 ///

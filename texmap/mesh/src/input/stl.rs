@@ -67,7 +67,7 @@ fn is_text(bytes: &[u8]) -> bool {
     is_named && (has(b"facet") || has(b"endsolid"))
 }
 
-/// What follows a byte order mark and white space.
+/// The text behind a byte order mark and white space.
 fn text_of(bytes: &[u8]) -> &[u8] {
     bytes
         .strip_prefix(b"\xef\xbb\xbf")

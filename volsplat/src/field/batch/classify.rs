@@ -80,7 +80,7 @@ pub(crate) fn classify<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples)
     }
 }
 
-/// What light makes of the samples that show something.
+/// Lights the samples that show something.
 #[inline(always)]
 pub(crate) fn light<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples) {
     const EIGHT: usize = 8;

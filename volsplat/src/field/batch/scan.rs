@@ -24,7 +24,7 @@ const PLANES: u32 = REMEMBERED_PLANES as u32;
 
 const _: () = assert!(LANES == BLOCK_PX * BLOCK_PX);
 
-/// What a scan looks for.
+/// The target of a scan.
 struct Scan<'a, S: Simd> {
     job: &'a Job<'a>,
     cells: CellBox,
@@ -42,7 +42,7 @@ struct Located<S: Simd> {
     cell: u32x16<S>,
     /// Position in the cell.
     share: [f32x16<S>; 3],
-    /// Which of them lie in cells of the brick that may show something.
+    /// Lanes in cells of the brick that may show something.
     shown: mask32x16<S>,
 }
 
@@ -192,7 +192,7 @@ impl<S: Simd> Scan<'_, S> {
         }
     }
 
-    /// Which positions the clip keeps.
+    /// The positions that the clip keeps.
     #[inline(always)]
     fn clipped(&self, simd: S, position: &[f32x16<S>; 3]) -> mask32x16<S> {
         let constant = |v: f32| f32x16::splat(simd, v);

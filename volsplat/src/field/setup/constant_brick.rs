@@ -24,7 +24,7 @@ pub(crate) struct Uniform {
     pub(crate) value: [f32; 4],
 }
 
-/// Which bricks of one frame are crossed in one step.
+/// The bricks of one frame that are crossed in one step.
 #[derive(Clone, Debug)]
 pub(crate) struct UniformChoice {
     /// Pixels (not sub-pixels) of a grid step of the longest axis: per unit of 1 / camera z, or everywhere.

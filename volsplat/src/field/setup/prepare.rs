@@ -9,7 +9,7 @@ use crate::look::options::{Blend, RenderOptions};
 use crate::look::scene::{Look, Scene};
 use crate::slabs::channel::ChannelSettings;
 
-/// Which bricks of a scene are kept.
+/// The bricks of a scene that are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kept {
     /// Those that may show something.

@@ -1,11 +1,11 @@
-//! What the rays of a tile have met so far, where a statistic of them is shown.
+//! Values of a tile's rays so far, for projections.
 
 use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 
 use crate::slabs::channel::ChannelSettings;
 
-/// Which scalar of a ray is shown.
+/// The scalar of a ray that is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Statistic {
     Greatest,
@@ -13,7 +13,7 @@ pub(crate) enum Statistic {
     Mean,
 }
 
-/// What the rays of a tile have met so far, of one channel.
+/// Values of a tile's rays so far, of one channel.
 #[derive(Clone, Debug)]
 pub(crate) struct RayValues {
     /// The greatest or least scalar, or the sum of all.

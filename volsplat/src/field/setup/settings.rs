@@ -1,4 +1,4 @@
-//! What every tile of a frame of the field shares, and the frame.
+//! Settings shared by every tile of a frame of the field, and the frame.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::slabs::channel::{ChannelSettings, Reading};
 use crate::slabs::section::SectionTable;
 use crate::slabs::settings::{BOX_MARGIN, SheetSettings};
 
-/// What every tile of a frame shares.
+/// Settings shared by every tile of a frame.
 #[derive(Clone, Debug)]
 pub(crate) struct FieldSettings {
     pub(crate) sheets: SheetSettings,
@@ -41,7 +41,7 @@ pub(crate) struct FieldFrame<'a> {
     pub(crate) clip: &'a GridClip,
     pub(crate) subpixels: u32,
     pub(crate) means: Means,
-    /// Which bricks of one colour are crossed in one step.
+    /// The bricks of one colour that are crossed in one step.
     pub(crate) uniform: Option<UniformChoice>,
     /// Tiles are left out once it is asked for.
     pub(crate) stop: &'a Stop,
@@ -55,7 +55,7 @@ impl FieldFrame<'_> {
     }
 }
 
-/// What becomes of samples: the least rule that does what the settings ask for.
+/// The rule for samples: the least one that the settings need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rule {
     Over,

@@ -35,11 +35,11 @@ const MIN_BATCH: usize = 64;
 /// Most bricks of a batch: a batch never reads bricks that it finds hidden, so that small ones read less. A guess.
 const MAX_BATCH: usize = 1 << 14;
 
-/// What has become of a tile.
+/// The state of a tile.
 enum Progress {
     /// Nothing was drawn yet.
     Empty,
-    /// What it holds so far.
+    /// Its state so far.
     Begun(Box<Unfinished>),
     /// Nothing more can be seen in it, and what it shows was handed on.
     Opaque,

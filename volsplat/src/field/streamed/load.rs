@@ -14,11 +14,11 @@ use crate::field::streamed::index::IndexedBrick;
 use crate::large::VoxelSource;
 use crate::large::blocks::{Block, Rows};
 
-/// What reads rows of bricks.
+/// A reader of rows of bricks.
 #[derive(Clone, Debug)]
 pub(super) struct RowReader {
     pub(super) stored: Arc<dyn VoxelSource>,
-    /// What is seen.
+    /// The visible scalars.
     pub(super) support: Support,
     pub(super) gradients: Gradients,
     pub(super) world_from_index: DAffine3,

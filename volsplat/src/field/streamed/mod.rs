@@ -146,7 +146,7 @@ fn check_index(index: &BrickIndex, max_memory: u64) -> Result<(), Error> {
     )))
 }
 
-/// What stays of the bricks that are found.
+/// The part of found bricks that is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Keep {
     /// Every one, ready to be drawn.
@@ -155,7 +155,7 @@ enum Keep {
     Packed,
 }
 
-/// What was found so far.
+/// The bricks found so far.
 struct Found {
     index: BrickIndex,
     packed: Vec<Option<Packed>>,
@@ -166,7 +166,7 @@ struct Found {
     along: [usize; 3],
 }
 
-/// What one row of bricks gives.
+/// The result of one row of bricks.
 struct RowFound {
     bricks: Vec<IndexedBrick>,
     packed: Option<Packed>,
@@ -197,12 +197,12 @@ impl Found {
     }
 }
 
-/// What looks for visible bricks.
+/// A finder of visible bricks.
 struct Finder<'a> {
     reader: &'a RowReader,
     /// Where visible voxels have to be counted: which are.
     counted: Option<&'a VisibleValues<'a>>,
-    /// Which bricks may be visible, x fastest.
+    /// The bricks that may be visible, x fastest.
     seen: &'a [bool],
 }
 

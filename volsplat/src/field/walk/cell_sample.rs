@@ -47,7 +47,7 @@ pub(crate) struct Located<S: Simd> {
     pub(crate) at: HalfRow,
     /// Position in the grid relative to the anchor.
     pub(crate) position: [f32x8<S>; 3],
-    /// Which of them lie in the brick's box.
+    /// Lanes in the brick's box.
     pub(crate) inside: mask32x8<S>,
     /// Place of each one's cell in the brick's tables.
     pub(crate) places: [i32; LANES],
@@ -83,7 +83,7 @@ pub(crate) fn position<S: Simd>(simd: S, plane: &PlaneView, at: HalfRow) -> [f32
     })
 }
 
-/// Which positions lie in the box of a brick's visible cells.
+/// The positions in the box of a brick's visible cells.
 #[inline(always)]
 pub(crate) fn inside<S: Simd>(simd: S, cells: &CellBox, position: [f32x8<S>; 3]) -> mask32x8<S> {
     // Written out: a call of the array's `map` is left as a call here, and costs half of the frame.
@@ -322,7 +322,7 @@ pub(crate) fn nearest_places<S: Simd>(simd: S, located: &Located<S>) -> [i32; LA
     places
 }
 
-/// What the nearest voxels hold.
+/// The values of the nearest voxels.
 #[inline(always)]
 pub(crate) fn nearest<S: Simd>(
     simd: S,

@@ -31,7 +31,7 @@ pub(crate) const POSITION_ERROR: f32 = 2e-4;
 /// cells spans at most 2 * 8 * sqrt(3) planes half a voxel apart.
 pub(crate) const REMEMBERED_PLANES: usize = 64;
 
-/// What becomes of samples.
+/// A rule for samples.
 pub(crate) trait SampleRule {
     /// Takes half a row of samples on a plane in. Returns whether a pixel became more opaque.
     fn take<S: Simd>(
@@ -50,7 +50,7 @@ pub(crate) struct GatherScratch {
     /// Colour so far, premultiplied; interleaved, as one sample at a time is added.
     pub(crate) rgb: [[[f32; 4]; TILE_PX]; TILE_PX],
     pub(crate) pixels: TilePixels,
-    /// What rays have met, by channel; only where a statistic is shown.
+    /// Values of rays so far, by channel; only where a statistic is shown.
     pub(crate) rays: Vec<RayValues>,
     /// Camera z, relative to the anchor's, of the last surface that was hit.
     pub(crate) last_hit: TilePlane,
@@ -58,11 +58,11 @@ pub(crate) struct GatherScratch {
     pub(crate) runs: Vec<Range<u32>>,
     pub(crate) samples: PackedSamples,
     pub(crate) segments: SegmentList,
-    /// What was done since the tile was begun or resumed.
+    /// Counts since the tile was begun or resumed.
     pub(crate) work: SampleCounts,
 }
 
-/// What a tile holds that more bricks will be drawn in.
+/// The state of a tile that more bricks will be drawn in.
 #[derive(Clone, Debug)]
 pub(crate) struct Unfinished {
     pixels: TilePixels,
@@ -170,7 +170,7 @@ impl GatherScratch {
         }
     }
 
-    /// What [`GatherScratch::resume`] goes on from.
+    /// Returns the state from which [`GatherScratch::resume`] goes on.
     pub(crate) fn suspend(&mut self, settings: &FieldSettings) -> Unfinished {
         self.place_colours();
         let last_hit = settings.iso.map(|_| Box::new(self.last_hit));

@@ -7,7 +7,7 @@ use crate::field::setup::tile_context::Job;
 use crate::field::walk::cell_sample::{Located, interpolated_gradient};
 use crate::light::Lit;
 
-/// What light makes of the samples whose weight is above 0; `None` where nothing is shaded.
+/// Lights the samples whose weight is above 0; `None` where nothing is shaded.
 #[inline(always)]
 pub(crate) fn lit<S: Simd>(
     simd: S,

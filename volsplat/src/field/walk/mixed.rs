@@ -21,7 +21,7 @@ use crate::slabs::view::{LANES, PlaneView};
 /// Emission and absorption of all channels together.
 pub(crate) struct Mixed;
 
-/// What the channels of half a row add up to.
+/// The sums of the channels of half a row.
 struct Sums {
     strengths: [f32; LANES],
     /// Colour times strength, lit.

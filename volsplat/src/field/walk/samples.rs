@@ -58,7 +58,7 @@ pub(crate) struct ShownSamples {
     /// Place in the transfer function's table.
     pub(crate) entry: [u32; ROOM],
     pub(crate) opacity: Numbers,
-    /// What light makes of them.
+    /// Factors of the colour by light.
     pub(crate) body: Numbers,
     pub(crate) highlight: Numbers,
 }

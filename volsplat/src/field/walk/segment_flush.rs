@@ -19,7 +19,7 @@ use crate::slabs::view::{HalfRow, LANES};
 
 /// Some of the segments that show something.
 struct Shown<S: Simd> {
-    /// Which of the list they are, and which of them show something.
+    /// The numbers of the segments in the list, and those that show something.
     segments: [Segment; LANES],
     shows: mask32x8<S>,
     ends: [Prefix<S>; 2],

@@ -55,7 +55,7 @@ struct CellPart<S: Simd> {
     number: u32x16<S>,
     near: f32x16<S>,
     far: f32x16<S>,
-    /// Which rays are in it.
+    /// The rays in it.
     inside: mask32x16<S>,
 }
 
@@ -287,7 +287,7 @@ impl<'a, S: Simd> PairInBrick<'a, S> {
         share
     }
 
-    /// Which rays are in the parts of cells whose nearest voxel the mask shows, at the middle of each part.
+    /// The rays in parts of cells whose nearest voxel the mask shows, at the middle of each part.
     #[inline(always)]
     fn masked(&self, simd: S, part: &CellPart<S>) -> mask32x16<S> {
         let middle = (part.near + part.far) * f32x16::splat(simd, 0.5);

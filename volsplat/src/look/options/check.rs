@@ -1,4 +1,4 @@
-//! Which options are refused: numbers out of range, and choices that contradict one another.
+//! Refused options: numbers out of range, and choices that contradict one another.
 
 use resample_core::SelectMode;
 

@@ -15,12 +15,12 @@ pub struct FieldOptions {
         arg(long = "slab", value_name = "VOXELS", default_value_t = Self::default().slab_voxels)
     )]
     pub slab_voxels: f64,
-    /// What a pixel shows of its ray.
+    /// The value of a ray that its pixel shows.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub blend: Blend,
 }
 
-/// What a pixel shows of its ray.
+/// The value of a ray that its pixel shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde",

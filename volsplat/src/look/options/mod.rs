@@ -1,4 +1,4 @@
-//! What a caller can choose: one struct of choices that every picture has, and one for each of the two pipelines.
+//! Options: one struct of choices that every picture has, and one for each of the two pipelines.
 //!
 //! Every number has its unit, range and default beside it. With the crate feature `serde` options can be written and
 //! read, and with `clap` they are arguments of a command line; names are the same in both.
@@ -31,9 +31,9 @@ const SHORTEST_UNIT: f64 = 1e-12;
     serde(default)
 )]
 pub struct RenderOptions {
-    /// What is composited, and in which order.
+    /// The composited samples, and their order.
     pub order: Order,
-    /// What is kept of the volume.
+    /// The kept part of the volume.
     pub clip: Clip,
     /// How samples are lit. Samples of the paper's orders are lit by one channel of scalars.
     pub shading: Shading,
@@ -57,7 +57,7 @@ pub struct RenderOptions {
     pub simd: SimdLevel,
 }
 
-/// What is composited, and in which order.
+/// The composited samples, and their order.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -158,7 +158,7 @@ impl RenderOptions {
         }
     }
 
-    /// What a pixel shows of its ray.
+    /// The value of a ray that its pixel shows.
     pub(crate) fn blend(&self) -> Blend {
         self.field().map_or(Blend::Emission, |field| field.blend)
     }

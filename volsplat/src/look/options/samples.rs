@@ -23,7 +23,7 @@ pub struct SampleOptions {
         arg(long, value_enum, default_value_t = Self::default().footprint)
     )]
     pub footprint: FootprintMode,
-    /// Which samples are drawn as points and which as splats; image sheets have no EWA
+    /// Choice of points and splats; image sheets have no EWA
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = Self::default().select))]
     pub select: SelectMode,
     /// In hybrid: samples whose spacing projects to less than this many pixels are points
@@ -36,7 +36,7 @@ pub struct SampleOptions {
         )
     )]
     pub point_threshold_px: f32,
-    /// What a classified sample stands for.
+    /// The meaning of a classified sample.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub cells: Cells,
     /// Depth range within which points are summed before they are composited, in voxels (every sample)
@@ -45,7 +45,7 @@ pub struct SampleOptions {
         arg(long = "sheet", value_name = "VOXELS", default_value_t = Self::default().sheet_voxels)
     )]
     pub sheet_voxels: f64,
-    /// What gives a sample its colour (not in image sheets)
+    /// Source of a sample's colour (not in image sheets)
     #[cfg_attr(
         feature = "clap",
         arg(long, alias = "color-by", value_enum, default_value_t = Self::default().colour_by)
@@ -84,7 +84,7 @@ pub struct KernelSheets {
     /// Thickness of a slab along the view, in voxels (the smallest spacing).
     #[cfg_attr(feature = "clap", arg(skip = Self::default().slab_voxels))]
     pub slab_voxels: f64,
-    /// What the transfer function is applied to
+    /// Input of the transfer function
     #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = Self::default().classify))]
     pub classify: Classify,
     /// Post-classified: whether the kernels' sum blurs or passes through the voxels
@@ -101,7 +101,7 @@ pub struct KernelSheets {
     pub interpolate: Interpolate,
 }
 
-/// What a sum of kernels does at the voxels.
+/// A sum of kernels at the voxels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -117,7 +117,7 @@ pub enum Interpolate {
     On,
 }
 
-/// What the transfer function is applied to.
+/// The input of the transfer function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -132,7 +132,7 @@ pub enum Classify {
     Post,
 }
 
-/// What a classified sample stands for.
+/// The meaning of a classified sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -156,7 +156,7 @@ pub enum Cells {
     },
 }
 
-/// What gives a sample its colour.
+/// The source of a sample's colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",

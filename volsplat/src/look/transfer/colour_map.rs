@@ -32,7 +32,7 @@ enum Direction {
     Reversed,
 }
 
-/// What stands behind the name of a reversed map.
+/// The suffix of a reversed map's name.
 const REVERSED: &str = "_r";
 
 /// Colours that a map is sampled at: the tables behind the schemes have at most 256 entries.

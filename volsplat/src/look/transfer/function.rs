@@ -35,7 +35,7 @@ pub struct OpacityKnot {
     pub opacity: f64,
 }
 
-/// What the numbers of a colour in a file mean.
+/// The meaning of the numbers of a colour in a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",

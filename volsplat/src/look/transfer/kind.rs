@@ -17,7 +17,7 @@ use resample_volume::volume::{
 
 use crate::look::transfer::Histogram;
 
-/// What a volume's values are.
+/// The kind of a volume's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DataKind {
     /// CT in Hounsfield units.

@@ -67,7 +67,7 @@ fn mixed_knots<const N: usize>(a: &[Knot<N>], b: &[Knot<N>], share: f64) -> Vec<
     knots
 }
 
-/// What a function tends to from below a scalar and from above it.
+/// The limits of a function from below a scalar and from above it.
 fn limits<const N: usize>(knots: &[Knot<N>], value: f64) -> [[f64; N]; 2] {
     let first_not_below = knots.partition_point(|knot| knot.0 < value);
     let first_above = knots.partition_point(|knot| knot.0 <= value);

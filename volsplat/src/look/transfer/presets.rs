@@ -47,7 +47,7 @@ impl Preset {
         self.0.name
     }
 
-    /// What it shows, in a few words.
+    /// A description in a few words.
     pub fn about(&self) -> &'static str {
         self.0.about
     }
@@ -62,7 +62,7 @@ impl Preset {
         self.0.blend
     }
 
-    /// What its knots are written in.
+    /// The scale of its knots.
     pub fn scale(&self) -> PresetScale {
         self.0.scale
     }

@@ -39,7 +39,7 @@ pub(crate) struct KernelChunk {
     pub(crate) points: u64,
 }
 
-/// What voxels of a frame are projected with.
+/// The input for projecting a frame's voxels.
 pub(crate) struct KernelProjection<'a> {
     settings: &'a SheetSettings,
     projection: SheetProjection,
@@ -52,7 +52,7 @@ pub(crate) struct KernelProjection<'a> {
     classify: Classify,
     /// Where classified voxels are lit: how.
     light: Option<SampleLight>,
-    /// What is kept of points.
+    /// The part of points that is kept.
     clip: &'a GridClip,
 }
 

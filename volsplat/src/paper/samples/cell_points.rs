@@ -1,4 +1,4 @@
-//! What channels show at points inside one cell, and means of that.
+//! Values of channels at points inside one cell, and their means.
 //!
 //! Takes the scalars at the corners of a cell and the tables of the channels.
 

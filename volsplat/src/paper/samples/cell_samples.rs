@@ -37,7 +37,7 @@ const _: () = assert!(
     "a cell is kept whole, in halves and in quarters"
 );
 
-/// What a cell becomes.
+/// The parts of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Parts {
     /// One sample.
@@ -112,7 +112,7 @@ fn grid_from_lattice(level: usize) -> DAffine3 {
     DAffine3::from_scale(DVec3::splat(side)) * DAffine3::from_translation(DVec3::splat(0.5))
 }
 
-/// What cells are sampled with.
+/// The input for sampling cells.
 struct Sampler<'a> {
     plan: &'a FieldPlan<'a>,
     channels: &'a [ChannelSettings],

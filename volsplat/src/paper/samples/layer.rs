@@ -25,7 +25,7 @@ pub(crate) struct Layer {
     pub(crate) halvings: u32,
 }
 
-/// What the options ask for in a scene: [`Cells::Auto`] decided. Cells of a single slice have no volume.
+/// The cells that the options select in a scene: [`Cells::Auto`] decided. Cells of a single slice have no volume.
 pub(crate) fn cells_of(scene: &Scene, samples: &SampleOptions) -> Cells {
     match samples.cells {
         _ if scene.grid().dims.contains(&1) => Cells::Off,

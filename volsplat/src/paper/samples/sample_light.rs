@@ -147,7 +147,7 @@ fn difference<T: Copy + Into<f64>>(grid: &Grid<T>, voxel: [isize; 3]) -> DVec3 {
     }))
 }
 
-/// What lights the samples of one lattice in one picture.
+/// Light on the samples of one lattice in one picture.
 #[derive(Clone, Debug)]
 pub(crate) struct SampleLight {
     level: Vectors,

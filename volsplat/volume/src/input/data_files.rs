@@ -1,4 +1,4 @@
-//! Which files hold the data: the header itself, one other, a list, or a numbered series.
+//! The files that hold the data: the header itself, one other, a list, or a numbered series.
 //!
 //! Takes the text of the field that names them, which NRRD and MetaImage write alike, and gives paths. Relative names
 //! count from the folder of the header. Several files hold equal, consecutive shares of the values; their number must

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::Error;
 use crate::volume::{Lattice, Voxels};
 
-/// What a format reader gives: the parts of a volume, not yet checked against each other.
+/// The result of a format's reader: the parts of a volume, not yet checked against each other.
 pub(crate) struct Parts {
     pub(crate) lattice: Lattice,
     pub(crate) voxels: Voxels,

@@ -59,7 +59,7 @@ impl Format {
     }
 }
 
-/// What the content says.
+/// The format of a content.
 pub(crate) enum Detected {
     /// A format, and the files that hold it: one, or the slices in their order.
     Known(Format, Vec<PathBuf>),
@@ -167,7 +167,7 @@ fn head_of(path: &Path) -> Result<Vec<u8>, Error> {
     Ok(head)
 }
 
-/// What the beginning of a gzip file unpacks to, as far as a header goes.
+/// The first bytes of an unpacked gzip file, as far as a header goes.
 fn unpacked(head: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let stream = flate2::bufread::MultiGzDecoder::new(head).take(nifti::MAX_HEADER_BYTES);

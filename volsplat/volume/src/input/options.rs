@@ -1,4 +1,4 @@
-//! What a caller says about a volume file, and what of it is refused.
+//! Options of reading a volume file, and those that are refused.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::Error;
 use crate::input::formats::raw::RawOptions;
 use crate::volume::{Lattice, NanPolicy};
 
-/// What a caller says about a volume file.
+/// Options of reading a volume file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoadOptions {
     /// How a file without a header is laid out; must be absent for a file with one.
@@ -19,21 +19,21 @@ pub struct LoadOptions {
     pub spacing: Option<[f64; 3]>,
     /// World position of the first voxel, instead of what the file says.
     pub origin: Option<[f64; 3]>,
-    /// What happens to voxels that are NaN or infinite.
+    /// The treatment of voxels that are NaN or infinite.
     pub nan: NanPolicy,
     /// SeriesInstanceUID of the series that is read; needed where a folder of DICOM files holds several.
     pub series: Option<String>,
     /// Name of the array that is read; needed where the file holds several and calls none of them its scalars.
     pub array: Option<String>,
-    /// Which component of each voxel, or channel of an image, is read, counted from 0; needed where there are several.
+    /// The component of each voxel, or channel of an image, to read, counted from 0; needed where there are several.
     pub component: Option<usize>,
-    /// Which level of an image with several resolutions is read; `None` is 0, the finest.
+    /// The level to read of an image with several resolutions; `None` is 0, the finest.
     pub level: Option<usize>,
-    /// Which point in time is read, counted from 0; needed where there are several.
+    /// The point in time to read, counted from 0; needed where there are several.
     pub time: Option<usize>,
     /// The factor of every value, and the offset added to it; for raw files that hold no Hounsfield units yet.
     pub rescale: Option<[f64; 2]>,
-    /// Which names inside files are followed, and how much memory the voxels may take.
+    /// Rules for names inside files, and the memory the voxels may take.
     pub gate: Gate,
 }
 

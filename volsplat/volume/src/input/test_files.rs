@@ -1,4 +1,4 @@
-//! What the tests of all readers share: a folder for small files, packers, and damaged copies of good files.
+//! Shared by the tests of all readers: a folder for small files, packers, and damaged copies of good files.
 
 use std::io::Write;
 use std::path::PathBuf;

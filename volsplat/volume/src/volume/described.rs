@@ -1,4 +1,4 @@
-//! What a transfer function and a camera need to know of a volume, wherever its voxels are.
+//! The facts of a volume that a transfer function and a camera need, wherever its voxels are.
 
 use super::{Lattice, Volume, VoxelType};
 use crate::volume::Histogram;

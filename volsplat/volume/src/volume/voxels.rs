@@ -98,7 +98,7 @@ pub enum Voxels {
     F64(Vec<f64>),
 }
 
-/// What happens to voxels that are NaN or infinite.
+/// The treatment of voxels that are NaN or infinite.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum NanPolicy {
     /// The volume is refused.

@@ -64,7 +64,7 @@ pub(super) fn read(text: &str, hints: &Hints) -> Result<CameraSet, String> {
     })
 }
 
-/// What stands behind `name=` up to the end of the line.
+/// The text behind `name=` up to the end of the line.
 fn line<'a>(text: &'a str, name: &str) -> Option<&'a str> {
     let with_name = |line: &'a str| {
         line.trim_start()

@@ -6,7 +6,7 @@ use resample_core::{Camera, CameraError, Intrinsics};
 
 use super::distortion::Distortion;
 
-/// What the user says beside the file.
+/// The user's hints beside the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hints {
     /// Size of the camera's picture, px, for formats that do not state it.
@@ -26,7 +26,7 @@ pub struct Lens {
     pub cx: f64,
     /// Principal point along y.
     pub cy: f64,
-    /// What `cx` and `cy` count from.
+    /// The origin of `cx` and `cy`.
     pub pixel_centre: PixelCentre,
 }
 
@@ -43,7 +43,7 @@ pub struct CameraSet {
     pub names: Names,
 }
 
-/// What the names of cameras are.
+/// The meaning of camera names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Names {
     /// Words.

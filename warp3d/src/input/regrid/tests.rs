@@ -14,7 +14,7 @@ fn camera(size: [u32; 2]) -> Camera {
     Camera::perspective(&pose, 0.9, size).expect("a good camera")
 }
 
-/// What the ray through a place sees: a tilted wall and, left of the line x = -0.1 + 0.1 y, a nearer one. Camera z and
+/// The scene at a place: a tilted wall and, left of the line x = -0.1 + 0.1 y, a nearer one. Camera z and
 /// colour.
 fn scene(on_plane: DVec2) -> (f64, [f32; 3]) {
     let is_near = on_plane.x < -0.1 + 0.1 * on_plane.y;

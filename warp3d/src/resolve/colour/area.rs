@@ -13,7 +13,7 @@ use crate::surfaces::surface::RECOLOURED;
 /// Gaussians are cut at this many sigmas; the rest is normalised.
 const REACH_SIGMAS: f64 = 3.0;
 
-/// What cutting takes from the variance of a Gaussian of two dimensions, q exp(-q) / (1 - exp(-q)) with
+/// The share of a two-dimensional Gaussian's variance that cutting removes, q exp(-q) / (1 - exp(-q)) with
 /// q = REACH_SIGMAS^2 / 2, given back by widening it before.
 const CUT_WIDENS_ELLIPSE: f64 = 1.0 / (1.0 - 0.050_6);
 

@@ -27,7 +27,7 @@ const STEPS: [[f64; 2]; POINTS] = [[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.
 /// Where eight filters look samples up, and with which weights.
 pub(crate) struct EightFilters {
     points: [EightPoints; POINTS],
-    /// Which filters are so wide across that all five points count, one bit each; of others three.
+    /// The filters that are so wide across that all five points count, one bit each; of others three.
     wide_across: u64,
 }
 

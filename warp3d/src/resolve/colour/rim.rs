@@ -75,7 +75,7 @@ impl Lookup<'_> {
         sum.max(least - beyond).min(most + beyond)
     }
 
-    /// Which of sixteen samples count, one bit each: those on the patch's plane, and those that are linked to one.
+    /// The samples, of sixteen, that count, one bit each: those on the patch's plane, and those that are linked to one.
     #[inline(always)]
     fn taps<S: Simd>(&self, simd: S, left: i64, top: i64) -> u32 {
         let [width, height] = self.surfaces.size;
@@ -184,7 +184,7 @@ fn folded<S: Simd>(simd: S, bits: u32, w: [f32; 4]) -> [f32; 4] {
     sum.to_array()
 }
 
-/// What the weight of each of four samples adds to the weights of those in some bits.
+/// The contribution of each of four samples' weights to the weights of those in some bits.
 const FOLDED: [[[f32; 4]; 4]; 16] = {
     let mut table = [[[0.0; 4]; 4]; 16];
     let mut bits = 1;

@@ -1,4 +1,4 @@
-//! Which samples of a reference belong to one surface.
+//! The samples of a reference that belong to one surface.
 //!
 //! Disparity is linear over the picture on a plane, at any slope. So two neighbours are linked when the one lies where
 //! the other's side, continued linearly, expects it; a jump is no link from either side. Cells between four samples are
@@ -43,7 +43,7 @@ pub(crate) enum Cell {
 /// there is one more cell than samples along each axis.
 #[derive(Clone, Debug)]
 pub(crate) struct Surfaces {
-    /// What disparity means: 1/z for a pinhole, z for parallel rays.
+    /// The meaning of disparity: 1/z for a pinhole, z for parallel rays.
     projection: Projection,
     /// Samples along x and y.
     pub(crate) size: [usize; 2],
@@ -56,7 +56,7 @@ pub(crate) struct Surfaces {
     pub(crate) links: Vec<u8>,
     /// The cells, rows from the top; empty once they are made into segments.
     pub(crate) cells: Vec<Cell>,
-    /// Which row a cell is in.
+    /// The row of a cell.
     pub(crate) cell_rows: CellRows,
     /// Chebyshev distance to the nearest corner of a cut cell, samples, at most [`FAR_FROM_CUT`].
     pub(crate) clearance: Vec<u8>,
@@ -298,7 +298,7 @@ impl Surfaces {
     }
 }
 
-/// Which samples are linked with the next along x and along y.
+/// The samples that are linked with the next along x and along y.
 pub(crate) fn links(disparity: &[f32], size: [usize; 2], tolerance: f32) -> Vec<u8> {
     let [width, height] = size;
     let linked = |index: usize, place: usize, count: usize, step: usize| {

@@ -1,4 +1,4 @@
-//! Which picture, depth and camera belong together.
+//! Pairs pictures, depths and cameras.
 
 use super::*;
 

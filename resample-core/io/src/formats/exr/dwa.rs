@@ -12,7 +12,7 @@ use ::exr::prelude::Compression;
 /// Numbers at the head of a block, 8 bytes each.
 const NUMBERS: usize = 11;
 
-/// Which of them are sizes or counts of what is unpacked: other channels, run lengths packed and plain, and the
+/// The attributes that are sizes or counts of unpacked data: other channels, run lengths packed and plain, and the
 /// coefficients of the cosine transform (OpenEXR, `internal_dwa_compressor.h`).
 const UNPACKED: [usize; 5] = [1, 6, 7, 8, 9];
 

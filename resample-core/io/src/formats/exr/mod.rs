@@ -43,7 +43,7 @@ pub(crate) fn size(path: &Path) -> Result<[u32; 2], Error> {
     Ok([window.width() as u32, window.height() as u32])
 }
 
-/// What an EXR file holds, from its header alone.
+/// The channels of an EXR file, from its header alone.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Channels {
     /// Names, with those of their parts, and the types of their numbers.

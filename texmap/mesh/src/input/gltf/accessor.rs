@@ -26,7 +26,7 @@ pub(super) struct Numbers<'a> {
     elements_left: Cell<u64>,
 }
 
-/// What the use of an accessor allows.
+/// The rules of an accessor's use.
 #[derive(Clone, Copy)]
 pub(super) struct Use {
     /// Its name, for messages.

@@ -1,4 +1,4 @@
-//! What a glTF document holds beside the scene that is drawn: its scenes, animations and cameras by name.
+//! The content of a glTF document beside the drawn scene: its scenes, animations and cameras by name.
 
 use serde_json::Value;
 
@@ -6,7 +6,7 @@ use super::super::files::Names;
 use super::accessor::Numbers;
 use super::{animation, container};
 
-/// What a mesh file holds beside the scene that is drawn.
+/// The content of a mesh file beside the drawn scene.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contents {
     /// Names of the scenes; empty where one has none.

@@ -10,7 +10,7 @@ use serde_json::{Number, Value, json};
 
 use super::super::files;
 
-/// What the JSON says.
+/// The JSON of a document.
 pub(super) struct Json {
     pub root: Root,
     /// From each node to its parent.

@@ -39,7 +39,7 @@ const UNSEEN: [&str; 7] = [
     "KHR_xmp_json_ld",
 ];
 
-/// What an extension does to the picture.
+/// The effect of an extension on the picture.
 enum Effect {
     Decoded,
     Light,

@@ -4,7 +4,7 @@ use gltf::json::texture::Info;
 
 use crate::scene::Physical;
 
-/// What a dielectric reflects along its normal, which is drawn in place of the specular colour.
+/// The reflectance of a dielectric along its normal, used in place of the specular colour.
 const DIELECTRIC: f64 = 0.04;
 
 /// The diffuse colour and picture of KHR_materials_pbrSpecularGlossiness, which stand for the base colour's; of a metal its
@@ -51,7 +51,7 @@ pub(super) fn is_simplified(value: &serde_json::Value) -> bool {
     value.get("specularGlossinessTexture").is_some() || !is_metal && !is_dielectric
 }
 
-/// What KHR_materials_pbrSpecularGlossiness says of light: a dielectric, or a metal where nothing scatters.
+/// The light of KHR_materials_pbrSpecularGlossiness: a dielectric, or a metal where nothing scatters.
 pub(super) fn light(value: &serde_json::Value) -> Physical {
     let number =
         |name: &str, default: f64| value.get(name).and_then(|v| v.as_f64()).unwrap_or(default);

@@ -47,9 +47,9 @@ pub(super) struct Materials<'a> {
     numbers: &'a Numbers<'a>,
     names: &'a Names<'a>,
     light_maps: LightMaps,
-    /// What was read.
+    /// Materials read so far.
     pub materials: Vec<Material>,
-    /// What was read.
+    /// Textures read so far.
     pub textures: picture::Pictures,
     by_index: HashMap<Option<usize>, usize>,
     by_image: HashMap<usize, Option<usize>>,

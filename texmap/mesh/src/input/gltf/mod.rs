@@ -137,7 +137,7 @@ impl<'a> Meshes<'a> {
     }
 }
 
-/// What is needed to read the mesh of a node.
+/// The input for reading the mesh of a node.
 struct Reading<'a> {
     root: &'a Root,
     numbers: &'a Numbers<'a>,

@@ -14,7 +14,7 @@ pub(super) struct Line<'a> {
     pub number: usize,
     /// Its first word.
     pub word: &'a str,
-    /// What follows, trimmed.
+    /// The rest of the line, trimmed.
     pub rest: &'a str,
 }
 

@@ -20,7 +20,7 @@ pub(super) struct Map {
     pub offset: [f32; 2],
     /// True if the border goes on outside, instead of the picture again.
     pub clamp: bool,
-    /// Which channel is the number, of a map of numbers.
+    /// The channel of a map of numbers.
     pub channel: Channel,
     /// Factor of bumps or normals.
     pub strength: f32,

@@ -1,4 +1,4 @@
-//! What a file of a transfer function says, whichever program wrote it.
+//! The content of a transfer function's file, whichever program wrote it.
 
 use resample_core::image::linear_from_srgb;
 
@@ -16,7 +16,7 @@ pub(crate) struct Knots {
     pub(crate) shading: Option<Shading>,
     /// Length over which its opacities are meant, world units, where the file says.
     pub(crate) opacity_unit: Option<f64>,
-    /// What of the file is left aside, one sentence each.
+    /// Ignored parts of the file, one sentence each.
     pub(crate) notes: Vec<String>,
 }
 

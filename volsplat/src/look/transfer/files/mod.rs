@@ -36,7 +36,7 @@ pub struct FileLook {
     pub shading: Option<Shading>,
     /// Length over which its opacities are meant, world units, where the file says.
     pub opacity_unit: Option<f64>,
-    /// What of the file is left aside, one sentence each, for people.
+    /// Ignored parts of the file, one sentence each, for people.
     pub notes: Vec<String>,
 }
 

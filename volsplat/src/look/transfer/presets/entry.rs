@@ -2,7 +2,7 @@
 
 use crate::look::options::{Blend, Shading};
 
-/// What the knots of a preset are written in.
+/// The scale of a preset's knots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PresetScale {
     /// Hounsfield units, as CT has them.

@@ -119,7 +119,7 @@ fn classified<S: Simd>(
     Some([value(0) * depth, value(1) * depth, value(2) * depth, depth])
 }
 
-/// What light makes of classified samples, and what the ramp over the gradient leaves of them.
+/// Lights classified samples, and applies the ramp over the gradient.
 #[inline(always)]
 fn lit<S: Simd>(
     simd: S,

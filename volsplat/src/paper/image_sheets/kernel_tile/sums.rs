@@ -32,7 +32,7 @@ pub(crate) struct KernelSample {
     pub(crate) grid: [f32; 3],
     /// Camera z relative to the anchor's, world units.
     pub(crate) offset_z: f32,
-    /// What is summed. Pre-classified: red, green, blue times strength, strength. Post-classified: scalar or its
+    /// The summed values. Pre-classified: red, green, blue times strength, strength. Post-classified: scalar or its
     /// coefficient, 1, and 1 for a voxel that something visible depends on; then the gradient in the world.
     pub(crate) value: [f32; MOST_SUMS],
     /// The voxel's own scalar, post-classified.
@@ -43,7 +43,7 @@ pub(crate) struct KernelSample {
     pub(crate) mass: f32,
 }
 
-/// What every tile of a frame shares, beside the settings of all sheets.
+/// Settings shared by every tile of a frame, beside the settings of all sheets.
 #[derive(Clone, Debug)]
 pub(crate) struct KernelSettings {
     /// The section table.
@@ -51,7 +51,7 @@ pub(crate) struct KernelSettings {
     pub(crate) filter: PixelFilter,
     pub(crate) classify: Classify,
     pub(crate) interpolate: Interpolate,
-    /// What is kept of each ray.
+    /// The kept part of each ray.
     pub(crate) clip: GridClip,
 }
 

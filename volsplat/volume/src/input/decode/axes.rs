@@ -1,4 +1,4 @@
-//! What readers share about the axes of a lattice.
+//! Shared by readers: the axes of a lattice.
 
 use glam::{DAffine3, DMat3, DVec3};
 

@@ -8,7 +8,7 @@ use std::io::Read;
 
 use crate::input::fault::{Fault, unsupported};
 
-/// Which of `components` is read: the one that the caller chose, or the only one.
+/// The component to read out of `components`: the one that the caller chose, or the only one.
 pub(crate) fn chosen(choice: Option<usize>, components: usize) -> Result<usize, Fault> {
     match choice {
         Some(index) if index < components => Ok(index),

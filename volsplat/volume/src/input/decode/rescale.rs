@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::volume::{Voxels, scalar, with_voxels};
 
-/// What is applied to every stored number.
+/// A linear map of every stored number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rescale {
     /// Finite and not 0.

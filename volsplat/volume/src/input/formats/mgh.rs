@@ -29,7 +29,7 @@ const USED_BYTES: usize = 90;
 /// Most voxels along an axis of a file that counts as one of this format, which has no mark but its version.
 const PLAUSIBLE_SIZE: i32 = 1 << 16;
 
-/// What the header says.
+/// The facts of the header.
 struct Header {
     dims: [usize; 3],
     times: usize,

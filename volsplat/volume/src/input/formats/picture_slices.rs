@@ -35,7 +35,7 @@ pub(crate) fn begins(head: &[u8]) -> bool {
 /// The options of the caller.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Choice {
-    /// Which of red, green and blue is read; without it, the brightness.
+    /// The component to read: red, green or blue; without it, the brightness.
     pub(crate) component: Option<usize>,
     /// Distance between voxels.
     pub(crate) spacing: Option<[f64; 3]>,

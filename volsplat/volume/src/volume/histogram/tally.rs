@@ -72,7 +72,7 @@ impl Tally {
             .sum()
     }
 
-    /// What [`Histogram::of_volume`] gives for the voxels that were counted.
+    /// The histogram that [`Histogram::of_volume`] returns for the counted voxels.
     pub fn histogram(&self) -> Histogram {
         let Ok(histogram) = Histogram::refined::<Infallible>(
             self.range(),

@@ -21,7 +21,7 @@ pub(crate) struct Dataset<'a> {
     pub(crate) endian: Endian,
 }
 
-/// What an element holds.
+/// The value of an element.
 #[derive(Debug)]
 pub(crate) enum Value<'a> {
     Bytes(&'a [u8]),

@@ -1,4 +1,4 @@
-//! What a DICOM file says about its picture: size, type, and the place and scale of each frame.
+//! The picture of a DICOM file: size, type, and the place and scale of each frame.
 //!
 //! Takes the elements, gives a [`Picture`]. A file of one frame says where it lies at its top level; an enhanced one in
 //! the groups shared by all frames and in those of each frame, of which the latter come first.
@@ -77,7 +77,7 @@ pub(crate) struct Frame {
     pub(crate) rescale: Rescale,
 }
 
-/// What a file says about its picture.
+/// The facts of a file's picture.
 pub(crate) struct Picture {
     pub(crate) kind: Kind,
     /// At least one.

@@ -27,7 +27,7 @@ pub(crate) struct Stack {
     pub(crate) world_from_index: DAffine3,
     /// The slices of the lattice, where they are not those that were read.
     pub(crate) even: Option<Even>,
-    /// What had to be decided.
+    /// A note on a decision.
     pub(crate) remark: Option<String>,
 }
 
@@ -229,7 +229,7 @@ fn course_of(steps: &[DVec3], span: DVec3, normal: DVec3) -> Result<Course, Faul
 /// Most runs that a message lists.
 const MAX_RUNS: usize = 6;
 
-/// Which slices, counted along the normal, have which distance.
+/// The slices, counted along the normal, at each distance.
 fn runs(steps: &[DVec3], tolerance: f64) -> String {
     let mut runs: Vec<String> = Vec::new();
     let mut begin = 0;

@@ -24,7 +24,7 @@ pub(crate) enum Encoding {
     Text,
 }
 
-/// What the header says.
+/// The facts of the header.
 pub(crate) struct Header {
     pub(crate) lattice: Lattice,
     pub(crate) voxel_type: VoxelType,

@@ -9,7 +9,7 @@ use crate::input::decode::rescale::Rescale;
 use crate::input::fault::{Fault, unsupported};
 use crate::volume::{Endian, VoxelType};
 
-/// What the header says. Names are those of the format.
+/// The facts of the header. Names are those of the format.
 pub(crate) struct Header {
     pub(crate) endian: Endian,
     /// Number of axes, then the size of each.
@@ -31,7 +31,7 @@ pub(crate) struct Header {
     pub(crate) bytes: u64,
 }
 
-/// What the axes say.
+/// The facts of the axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Shape {
     /// Number of voxels along x, y and z.

@@ -36,7 +36,7 @@ pub(crate) fn header_beside(path: &Path) -> Option<PathBuf> {
     candidates.into_iter().find(|candidate| candidate.is_file())
 }
 
-/// Which of several volumes is read.
+/// The volume to read out of several.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Choice {
     /// Component of a vector or a colour, counted from 0.
@@ -132,7 +132,7 @@ impl Chosen {
         })
     }
 
-    /// What is said where nobody chose among several.
+    /// The note where nobody chose among several.
     fn remark(&self, path: &Path, choice: Choice) -> Option<String> {
         let (times, name) = (self.shape.times, path.display());
         (times > 1 && choice.time.is_none()).then(|| {

@@ -1,4 +1,4 @@
-//! Which axes of an NRRD file are the volume's, and where they lie in the world.
+//! The axes of an NRRD file that are the volume's, and where they lie in the world.
 //!
 //! Takes the header, gives three dims and the affine map. Axes of size 1 that are not needed are dropped, missing ones
 //! (a picture, a line) are added with size 1. One axis that is not in space, such as colours, vectors or time, holds

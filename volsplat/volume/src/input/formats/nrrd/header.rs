@@ -40,7 +40,7 @@ impl FromStr for Encoding {
     }
 }
 
-/// What the head says, each list with one entry per axis, the fastest axis first.
+/// The facts of the head, each list with one entry per axis, the fastest axis first.
 pub(crate) struct Header {
     pub(crate) voxel_type: VoxelType,
     pub(crate) endian: Endian,

@@ -1,4 +1,4 @@
-//! What ImageJ and OME write into the description of the first page about the stack.
+//! The stack in the description of the first page, as ImageJ and OME write it.
 //!
 //! ImageJ writes lines such as `slices=27` and `spacing=2.5`; with a `unit`, the resolution of the page is in pixels per
 //! that unit. OME writes XML, whose element Pixels has the physical size of a voxel. Both say how many channels and

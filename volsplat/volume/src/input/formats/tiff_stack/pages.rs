@@ -54,7 +54,7 @@ impl fmt::Display for Kind {
     }
 }
 
-/// What the directories of a file say.
+/// The facts of a file's directories.
 pub(crate) struct Pages {
     pub(crate) kind: Kind,
     pub(crate) count: usize,
@@ -179,7 +179,7 @@ fn look_at(file: File, held: u64, files: usize) -> Result<Pages, Fault> {
     Ok(pages)
 }
 
-/// What the decoder may allocate before the size of a page is checked: tags cannot be longer than the file, and each
+/// The most that the decoder may allocate before the size of a page is checked: tags cannot be longer than the file, and each
 /// of their numbers, of at least one byte, takes up to 32 bytes when it is unpacked.
 fn limits(held: u64) -> Limits {
     let tag_bytes = usize::try_from(held.min(MAX_TAG_BYTES)).unwrap_or(usize::MAX);

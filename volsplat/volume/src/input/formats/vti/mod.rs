@@ -46,7 +46,7 @@ pub(crate) fn others_remark(read: &str, arrays: &[String]) -> Option<String> {
     })
 }
 
-/// What the caller chose.
+/// The caller's choice.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Choice<'a> {
     /// Name of the array.

@@ -14,7 +14,7 @@ pub(crate) enum Centring {
     Cells,
 }
 
-/// What the top says.
+/// The facts of the top.
 pub(crate) struct Head {
     /// Points along x, y and z.
     points: [usize; 3],

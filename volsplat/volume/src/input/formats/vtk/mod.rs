@@ -27,7 +27,7 @@ use head::{Centring, Head};
 /// The first bytes of every file.
 pub(crate) const MAGIC: &[u8] = b"# vtk DataFile";
 
-/// What the caller chose.
+/// The caller's choice.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Choice<'a> {
     /// Name of the array.

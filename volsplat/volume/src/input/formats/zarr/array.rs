@@ -24,7 +24,7 @@ pub(crate) struct Array {
     pub(crate) codecs: Codecs,
     /// The bytes of an element that was never written.
     pub(crate) fill: Vec<u8>,
-    /// What the name of a chunk's file begins with, and what stands between its numbers.
+    /// The prefix of a chunk's file name, and the separator of its numbers.
     name: (&'static str, char),
 }
 

@@ -12,7 +12,7 @@ use crate::input::formats::zarr::packed::{Size, lz4_block, zstd};
 
 const HEADER_BYTES: usize = 16;
 
-/// What the header says.
+/// The facts of the header.
 struct Header {
     flags: u8,
     element_bytes: usize,

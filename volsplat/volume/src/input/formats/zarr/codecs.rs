@@ -15,7 +15,7 @@ pub(crate) struct Codecs {
     pub(crate) order: Vec<usize>,
     /// Where a chunk is a shard: how it is cut.
     pub(crate) shard: Option<Box<Shard>>,
-    /// What was done to the bytes, in order.
+    /// Packings of the bytes, in order.
     pub(crate) packings: Vec<Packing>,
 }
 

@@ -11,7 +11,7 @@ use crate::Error;
 use crate::input::formats::zarr::metadata::json;
 use crate::input::{invalid, unsupported_file};
 
-/// What an axis stands for.
+/// The meaning of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum AxisKind {
     Time,
@@ -40,7 +40,7 @@ pub(crate) struct Dataset {
 }
 
 impl Image {
-    /// What an axis of an array with `count` axes stands for.
+    /// The meaning of an axis of an array with `count` axes.
     pub(crate) fn kind(&self, axis: usize, count: usize) -> AxisKind {
         match self.kinds.get(axis) {
             Some(kind) => *kind,

@@ -15,14 +15,14 @@ use crate::input::fault::{Fault, unsupported};
 use crate::input::{Parts, cannot_read, decode, invalid};
 use crate::volume::{Lattice, VoxelType, Voxels};
 
-/// What the caller says about the image.
+/// The caller's choice of an image.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Choice {
-    /// Which level, 0 being the finest.
+    /// The level, 0 being the finest.
     pub(crate) level: Option<usize>,
-    /// Which channel.
+    /// The channel.
     pub(crate) channel: Option<usize>,
-    /// Which point in time.
+    /// The point in time.
     pub(crate) time: Option<usize>,
 }
 
@@ -46,7 +46,7 @@ pub(crate) struct Opened {
     /// The folder of the array.
     pub(crate) folder: PathBuf,
     pub(crate) array: Array,
-    /// What of each axis is wanted.
+    /// The wanted part of each axis.
     pub(crate) spans: Vec<Span>,
     /// The axis of the array that is x.
     pub(crate) last_axis: usize,
@@ -118,7 +118,7 @@ fn spatial_axes(image: &Image, count: usize) -> Vec<usize> {
         .collect()
 }
 
-/// What of each axis is read.
+/// The part of each axis that is read.
 fn selected(image: &Image, array: &Array, choice: Choice) -> Result<Vec<Span>, Fault> {
     let count = array.shape.len();
     let spatial = spatial_axes(image, count).len();
@@ -209,7 +209,7 @@ fn voxels(folder: &Path, array: &Array, spans: &[Span], gate: &Gate) -> Result<V
     decode::binary(&mut bytes.as_slice(), &layout).map_err(|what| invalid(folder, what))
 }
 
-/// What a chunk and the spans have in common, counted in either.
+/// The common part of a chunk and the spans, counted in either.
 pub(crate) struct Common {
     pub(crate) size: Vec<usize>,
     /// Its first place in the chunk.

@@ -116,7 +116,7 @@ fn chunk_bytes(opened: &Opened, chunks: &[Chunk]) -> Result<u64, Error> {
 /// The place of a chunk and its file.
 type Chunk = (Vec<usize>, PathBuf);
 
-/// What of a chunk is wanted: rows along x.
+/// The wanted part of a chunk: rows along x.
 struct Part {
     bytes: Vec<u8>,
     row_bytes: usize,

@@ -124,7 +124,7 @@ impl Elements {
     }
 }
 
-/// What the tests change in a file of 2x2 pixels.
+/// The values that tests change in a file of 2x2 pixels.
 #[derive(Clone, Copy)]
 pub(crate) struct Slice {
     pub(crate) syntax: &'static str,
