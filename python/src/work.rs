@@ -1,7 +1,7 @@
 //! Work on a thread of its own, while Python's other threads go on and Ctrl-C is heard.
 //!
 //! The thread that called waits without the interpreter's lock and wakes up often enough to ask for signals. If one came, it
-//! raises at once; the work is told to stop and ends by itself at its next band or picture.
+//! raises at once; the work is asked to stop and ends by itself at its next band or picture.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

@@ -1,4 +1,4 @@
-//! Whether a renderer takes other choices without being prepared again.
+//! Reuse of a renderer's preparation for other options.
 
 /// The part of a renderer that a change kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

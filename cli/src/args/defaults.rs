@@ -6,5 +6,5 @@ use clap::{Args, Command, FromArgMatches};
 pub(super) fn defaults<T: Args + FromArgMatches>() -> T {
     let matches = T::augment_args(Command::new("defaults").no_binary_name(true))
         .get_matches_from(std::iter::empty::<&str>());
-    T::from_arg_matches(&matches).expect("a group of options of which none is required")
+    T::from_arg_matches(&matches).expect("a group of optional options")
 }

@@ -1,7 +1,7 @@
 //! One tile of a picture, drawn by a process of its own.
 //!
 //! Takes the word of `--tile`, gives the pixels that it means, and what the tile's file says of itself.
-//! Tiles begin at edges of the renderers' own tiles, so that none is much larger than another and all are exact.
+//! Tiles begin at edges of the renderers' own tiles, so that their sizes are alike and all are exact.
 
 use std::ops::Range;
 

@@ -191,7 +191,7 @@ impl Words {
         self.parsed(&matches).map_err(plain)
     }
 
-    /// The words of the command that repeats a picture, but for its camera, its size and its name.
+    /// The words of the command that repeats a picture, except its camera, its size and its name.
     pub(crate) fn line(&self, changes: &Changes, files: &Files) -> Result<Vec<String>> {
         let mut words = vec![self.application.name().to_owned()];
         words.extend(self.kept(changes, files));

@@ -2,7 +2,7 @@
 //!
 //! A direction divided by the sum of its parts' sizes lies on an octahedron; the upper half of it unfolds to a diamond, the
 //! lower half to the four corners of the square around it (Engelhardt and Dachsbacher 2008). Neighbours on the sphere are
-//! neighbours on the square, but for its border, where one side continues on itself turned round.
+//! neighbours on the square, except at its border, where one side continues on itself turned round.
 
 use glam::Vec3;
 

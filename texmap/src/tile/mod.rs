@@ -53,7 +53,7 @@ pub(crate) struct FrameView<'a> {
 pub(crate) struct TileImage {
     /// Linear premultiplied colour, rows from the top; empty where the tile shows nothing.
     pub(crate) rgba: Vec<[f32; 4]>,
-    /// The channels of the planes beside colour, one after another; empty where none is asked for.
+    /// The channels of the planes beside colour, one after another; empty where no plane is requested.
     pub(crate) planes: Vec<f32>,
     /// Triangles that some sub-pixel shows.
     pub(crate) drawn: Vec<u32>,

@@ -68,7 +68,7 @@ impl Tile<'_> {
 
     /// The depth key of a triangle over the tile.
     fn key_of(&self, work: &TileWork, id: u32) -> Linear {
-        // Of translucent triangles none is kept.
+        // Translucent triangles are not kept.
         match &work.rasters[id as usize] {
             Some(raster) => *raster.key(),
             None => self.key_plane(id),

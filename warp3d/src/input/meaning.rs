@@ -79,7 +79,7 @@ pub struct DepthMeaning {
     /// The meaning of a number.
     pub kind: DepthKind,
     /// Stored numbers are multiplied by this first; codes of MPEG and OpenGL are divided by their largest value
-    /// instead where none is given.
+    /// instead where no range is given.
     pub scale: Option<f64>,
     /// A stored number that means "unknown", beside those that cannot mean anything else.
     pub invalid: Option<f64>,
@@ -108,7 +108,7 @@ impl DepthMeaning {
         }
     }
 
-    /// The same with the range of these numbers, where they need one and none is given.
+    /// The same with the range of these numbers, where they need one and the caller gives no range.
     pub fn with_range_of(&self, stored: &Plane) -> Self {
         let range = self.range_of(stored);
         Self { range, ..*self }
@@ -147,7 +147,7 @@ impl DepthMeaning {
         Some(range.found().unwrap_or([f64::INFINITY, f64::NEG_INFINITY]))
     }
 
-    /// Returns true if numbers of some kind need a range, and none is given.
+    /// Returns true if numbers of some kind need a range that is not given.
     pub(crate) fn may_need_range(&self) -> bool {
         let is_open = match self.kind {
             DepthKind::Relative => true,
@@ -157,7 +157,7 @@ impl DepthMeaning {
         is_open && self.range.is_none()
     }
 
-    /// Returns true if numbers of this kind need a range, and none is given.
+    /// Returns true if numbers of this kind need a range that is not given.
     pub(crate) fn needs_range(&self, stored: Stored) -> bool {
         let is_code = matches!(stored, Stored::Code(_));
         self.may_need_range() && (is_code || self.kind == DepthKind::Relative)

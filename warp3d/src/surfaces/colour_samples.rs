@@ -1,4 +1,4 @@
-//! The colours of a reference as surfaces have them: the reference's own, but for a few beside edges.
+//! The colours of a reference as surfaces have them: the reference's own, except a few beside edges.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{i32x8, u32x8};
@@ -22,7 +22,7 @@ pub(crate) struct Colours {
 }
 
 impl Colours {
-    /// With the samples' colours as they are unmixed, where they differ from those `taken`; `surfaces` are told which.
+    /// With the samples' colours as they are unmixed, where they differ from those `taken`; `surfaces` record which.
     /// Coefficients are still to be found.
     pub(crate) fn new(
         samples: Vec<[f32; 3]>,

@@ -215,7 +215,7 @@ impl<'a> CameraSource<'a> {
         Ok(Self { path, kind })
     }
 
-    /// The camera of the frame at `index` of `count`; `None` where cameras have times and none is near the frame's.
+    /// The camera of the frame at `index` of `count`; `None` where no camera's time is near the frame's.
     fn camera_of(&self, frame: &Frame, index: usize, count: usize) -> Result<Option<Viewpoint>> {
         let names = match &self.kind {
             SourceKind::Pattern(pattern) => {

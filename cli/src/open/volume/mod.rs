@@ -82,7 +82,7 @@ impl Open {
         &self.cameras
     }
 
-    /// The bounding box of the visible voxels, or of all voxels if none is visible: its least and its greatest corner.
+    /// The bounding box of the visible voxels, or of all voxels if no voxel is visible: its least and its greatest corner.
     pub(crate) fn bounds_in_world(&self) -> [DVec3; 2] {
         let visible = self.renderer.visible_bounds_in_world();
         let bounds = visible.unwrap_or_else(|| framing::volume::grid_bounds(self.content.first()));

@@ -2,7 +2,7 @@
 //!
 //! Takes the name of a file, or a pattern such as `out/a_%04d.png` that stands for numbered pictures, and gives one
 //! [`Image`] after another, so that an animation never lies in memory as a whole. The content decides the format.
-//! Limits: colour and alpha only, but for tiles of a picture (`planes`); 8 bits in an animated PNG; no video.
+//! Limits: colour and alpha only, except tiles of a picture (`planes`); 8 bits in an animated PNG; no video.
 
 mod planes;
 

@@ -1,4 +1,4 @@
-//! Whether a JPEG is whole: decoders draw what is missing in grey, and say nothing.
+//! Checks that a JPEG is complete: decoders draw missing parts in grey, without an error.
 //!
 //! The end of an image is marked, and no byte of its data looks like that mark. Thumbnails lie before the data, in segments that are
 //! passed over by their lengths.

@@ -59,7 +59,7 @@ pub(crate) fn find<S: Simd>(simd: S, job: &Job, window: Window, runs: &mut Vec<R
     }
 }
 
-/// The part of a run between the first plane and the last that a ray of the window may meet; `None` if none is met.
+/// The part of a run between the first plane and the last that a ray of the window may meet; `None` if it meets no plane.
 #[inline(always)]
 fn met<S: Simd>(
     simd: S,

@@ -26,7 +26,7 @@ pub(crate) struct Limb {
     change: f32,
 }
 
-/// Least step of disparity between the samples from which a limb is told, in tolerances. With 1, rough depth has limbs where
+/// Least step of disparity between the samples from which a limb is recognised, in tolerances. With 1, rough depth has limbs where
 /// it has none (livingroom loses 0.03 dB in its edge band); with 2, far balls have none, and stereo gains 0.04 dB instead of 0.2.
 const LEAST_STEP: f32 = 1.5;
 

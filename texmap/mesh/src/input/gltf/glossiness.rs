@@ -1,4 +1,4 @@
-//! KHR_materials_pbrSpecularGlossiness: what stands for the base colour, and what it says of light.
+//! KHR_materials_pbrSpecularGlossiness: its substitute for the base colour, and its light.
 
 use gltf::json::texture::Info;
 

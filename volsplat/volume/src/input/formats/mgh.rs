@@ -53,7 +53,7 @@ pub(crate) fn begins(head: &[u8]) -> bool {
         && (0..=1).contains(&flag)
 }
 
-/// Reads the volume of a point in time; the first, with a remark, where there are several and none is named.
+/// Reads the volume of a point in time; the first, with a remark, where there are several and the caller names no point in time.
 pub(crate) fn load(path: &Path, time: Option<usize>, gate: &Gate) -> Result<Parts, Error> {
     let mut stream = Stream::open(path)?;
     read(&mut stream, path, time, gate).map_err(|fault| fault.at(path))
