@@ -59,7 +59,7 @@ const FIRST_BAND_PX: u32 = 1 << 20;
 /// Pixels of the first band under any other, which may take a thousand times as long.
 const TRIAL_BAND_PX: u32 = 1 << 15;
 
-/// The time that a band should take, s: so long a picture goes on that nobody waits for any more. Shorter bands would draw a
+/// Target time per band in seconds: the latency of a cancel. Shorter bands would draw a
 /// larger part twice.
 const BAND_S: f64 = 2.0;
 

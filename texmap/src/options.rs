@@ -59,7 +59,7 @@ pub struct RenderOptions {
         )
     )]
     pub planes: Vec<PlaneKind>,
-    /// Vector instructions; levels agree to rounding, and to the byte wherever the same one is drawn with
+    /// SIMD level. Levels differ by rounding only; one level gives the same bytes on every machine
     #[cfg_attr(
         feature = "clap",
         arg(long = "vector-level", value_enum, default_value = "auto")

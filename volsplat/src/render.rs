@@ -133,7 +133,7 @@ impl Renderer {
         let (drawn, transfer) = (narrowing.options(options), narrowing.transfer(transfer));
         let Some(field) = drawn.field() else {
             return Err(Error::Option(
-                "a volume that stays in its file is drawn as a field: leave out what asks for samples, or allow more memory"
+                "volumes larger than memory support only the field renderer; remove the sample options or raise the memory limit"
                     .to_owned(),
             ));
         };

@@ -41,7 +41,7 @@ pub struct WarpArgs {
     /// How several references become one picture
     #[arg(long, value_enum, default_value_t = Blend::Weighted)]
     pub combine: Blend,
-    /// Vector instructions; levels agree to rounding, and to the byte wherever the same one is drawn with
+    /// SIMD level. Levels differ by rounding only; one level gives the same bytes on every machine
     #[arg(long, value_enum, default_value = "auto")]
     pub vector_level: SimdLevel,
 }

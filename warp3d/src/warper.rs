@@ -76,7 +76,7 @@ impl Warper {
         options.validate()?;
         if references.is_empty() {
             return Err(Error::Option(
-                "there is no reference view: give one picture with depth at least".into(),
+                "at least one reference image with depth is required".into(),
             ));
         }
         references

@@ -10,7 +10,7 @@ use crate::values::Bound;
 
 /// The largest error or time of a picture.
 #[derive(Args, Clone, Debug, Default)]
-#[command(next_help_heading = "Ask for an error or a time")]
+#[command(next_help_heading = "Accuracy and time targets")]
 pub struct AskArgs {
     /// The fastest setting whose error stays under BOUND, such as 1/255 or 0.004: the root mean square over the covered
     /// pixels, against the most exact setting; max:1/64 bounds the largest change of any pixel

@@ -13,7 +13,7 @@ use crate::values::source::{Held, Source};
 /// A command that draws.
 #[derive(Clone, Debug, Subcommand)]
 pub enum Drawing {
-    /// Draw a textured mesh, glTF or OBJ, from one or several cameras
+    /// Render a textured mesh (glTF, OBJ, PLY, STL) from one or several cameras
     ///
     /// Example: resample texmap helmet.glb -o helmet.png
     #[command(mut_args(short_help::texmap))]
@@ -23,7 +23,7 @@ pub enum Drawing {
     /// Example: resample volsplat engine.raw --dims 256,256,128 --type u8 -o engine.png
     #[command(mut_args(short_help::volsplat))]
     Volsplat(Box<VolsplatArgs>),
-    /// Show a picture with depth from another camera
+    /// Render an image with a depth map from a new viewpoint
     ///
     /// Example: resample warp3d im0.png disp0.pfm --depth-kind disparity --from calib.txt#0 --to calib.txt#1 -o new.png
     #[command(name = "warp3d", mut_args(short_help::warp3d))]
@@ -76,7 +76,7 @@ impl Drawing {
         }
     }
 
-    /// Refuses what parts of the work cannot agree on.
+    /// Rejects options that separate processes could resolve differently.
     pub(crate) fn check_part(&self) -> Result<()> {
         let part = self.part();
         let is_part = part != PartArgs::default();
@@ -107,7 +107,7 @@ impl Drawing {
         }
     }
 
-    /// Has the pictures drawn for the program that uses this library; nothing is written.
+    /// Renders to memory instead of files (embedding API).
     pub fn keep_in_memory(&mut self) {
         self.picture_mut().goes = Goes::Memory;
     }

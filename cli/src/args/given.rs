@@ -12,7 +12,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-/// Options of which some are given.
+/// Options, with a record of which were set explicitly.
 #[derive(Clone, Debug)]
 pub struct Given<T> {
     /// All of them; those that are not given have their default.

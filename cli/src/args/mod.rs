@@ -90,7 +90,7 @@ pub enum Command {
     ///
     /// Example: resample compare mine.png truth.exr --heatmap errors.png --fail-above flip=0.02
     Compare(CompareArgs),
-    /// Make a picture of its tiles, which --tile has drawn: the bytes of one run
+    /// Join tiles written with --tile; byte-identical to an undivided run
     ///
     /// Example: resample join head.tile-*.exr -o head.png
     Join(JoinArgs),

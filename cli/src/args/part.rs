@@ -9,7 +9,7 @@ use crate::values::{FrameRange, TileWord};
 #[derive(Args, Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[command(next_help_heading = "Several pictures")]
 pub struct PartArgs {
-    /// Draw only the pictures A to B - 1 of these, numbered from 0; A.. goes to the last
+    /// Draw only pictures A to B-1, counted from 0; `A..` means to the end
     ///
     /// Names, views and settings stay those of the whole, so that many processes can each draw their pictures.
     #[arg(long, value_name = "A..B", value_parser = values::frames)]

@@ -22,7 +22,7 @@ pub struct SequenceArgs {
     /// For volumes, keys may also change the transfer function and the clip.
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["camera", "turntable", "orbit", "up", "projection"])]
     pub path: Option<PathBuf>,
-    /// Keep the pictures that these options have drawn already, and draw the rest: go on after Ctrl-C
+    /// Keep pictures that were already drawn with these options and draw the rest: continues after Ctrl-C
     #[arg(long)]
     pub resume: bool,
     /// Pictures per second of an animation or of --path [default: 25]

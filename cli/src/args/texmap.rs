@@ -59,13 +59,13 @@ pub struct ModelArgs {
     /// Camera of the file, by name or by number from 0 [default: the whole model, framed]
     #[arg(long, value_name = "NAME|INDEX", conflicts_with_all = ["camera", "orbit", "up", "projection", "turntable"])]
     pub camera_name: Option<String>,
-    /// Moment of the file's animation in which nodes, skins and morph targets stand, s [default: the pose of the file]
+    /// Animation time at which to pose the model, in seconds [default: the pose of the file]
     #[arg(long, value_name = "SECONDS", value_parser = crate::values::number, allow_hyphen_values = true)]
     pub pose_time: Option<f64>,
     /// Animation of --pose-time or --play, by name or by number from 0 [default: the first]
     #[arg(long, value_name = "NAME|INDEX")]
     pub animation: Option<String>,
-    /// Play the animation from --pose-time (or 0) on in the pictures of --turntable or --path, --fps of them a second
+    /// Advance the animation across the frames of --turntable or --path, from --pose-time, at --fps
     #[arg(long)]
     pub play: bool,
     /// Equirectangular picture of the light around the model, .hdr or .exr [default: a neutral studio]

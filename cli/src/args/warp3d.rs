@@ -104,7 +104,7 @@ pub struct WarpCameraArgs {
     /// matrix)
     #[arg(long, value_name = "FX,FY,CX,CY|FILE", value_parser = values::intrinsics)]
     pub intrinsics: Option<IntrinsicsWord>,
-    /// Where CX and CY of --intrinsics have the centre of the first pixel: at 0 (integer) or at 0.5 (half)
+    /// Pixel-centre convention of CX and CY: integer (0) or half (0.5)
     #[arg(long, value_enum, default_value = "integer")]
     pub pixel_centre: PixelCentre,
     /// Size of the new picture in pixels [default: that of its camera]
@@ -135,7 +135,7 @@ pub struct DepthArgs {
     /// A stored number that means "unknown", beside 0, NaN and infinity
     #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
     pub invalid: Option<f64>,
-    /// Distance between the eyes of a disparity, world units [default: that of calib.txt]
+    /// Stereo baseline for disparity maps, world units [default: that of calib.txt]
     #[arg(long, value_name = "B", value_parser = values::positive)]
     pub baseline: Option<f64>,
     /// Difference of the principal points of a disparity, px [default: that of calib.txt, else 0]
@@ -230,7 +230,7 @@ pub struct WarpSequenceArgs {
     /// Sway around the scene, up to this angle from the new camera, once around in N pictures [default: 48]
     #[arg(long, value_name = "DEG[,N]", value_parser = values::sway)]
     pub sway: Option<Sway>,
-    /// Draw only the pictures that do not exist yet; go on after Ctrl-C with the same options
+    /// Keep pictures that were already drawn with these options and draw the rest: continues after Ctrl-C
     #[arg(long)]
     pub resume: bool,
     /// Pictures per second of an animation or of --path [default: 25]

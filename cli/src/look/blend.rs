@@ -36,7 +36,9 @@ pub(crate) fn blend(args: &BlendArgs) -> Result<Blend> {
         (Some(RayBlend::Isosurface), None) => {
             bail!("--blend isosurface needs --iso VALUE: which surface?")
         }
-        (Some(_), Some(_)) => bail!("--iso goes with --blend isosurface: leave out one of them"),
+        (Some(other), Some(_)) => {
+            bail!("--iso cannot be combined with --blend {}", word(other))
+        }
         (None | Some(RayBlend::Emission), None) => Blend::Emission,
         (Some(RayBlend::Maximum), None) => Blend::Maximum,
         (Some(RayBlend::Minimum), None) => Blend::Minimum,

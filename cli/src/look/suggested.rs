@@ -70,7 +70,7 @@ impl Suggested {
             })
         );
         if args.shade.is_none() && args.blend.iso.is_none() && !is_statistic {
-            // Who says where the light is wants light.
+            // --light implies shading.
             let unasked = args.light.map(|_| Shading::Phong);
             options.shading = self.shading.or(unasked).unwrap_or(options.shading);
         }

@@ -139,7 +139,7 @@ impl Opened {
         }
     }
 
-    /// Has the scene stand as picture `number` shows it.
+    /// Applies the animation state of frame `number`.
     pub fn turn_to(&mut self, number: usize) -> Result<()> {
         match &mut self.scene {
             Scene::Mesh(open) => open.turn_to(number),
@@ -152,7 +152,7 @@ impl Opened {
     /// there. It begins at edges of tiles ([`TILE_SIDE`](crate::picture::bands::TILE_SIDE)).
     pub fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
         if *window != Window::whole(camera) && !self.has_bands() {
-            bail!("this scene is not drawn in parts: split it by pictures alone");
+            bail!("this scene cannot be tiled; split the work with --frames");
         }
         match &mut self.scene {
             Scene::Mesh(open) => open.draw_window(camera, window),

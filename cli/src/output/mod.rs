@@ -178,7 +178,7 @@ pub fn check_not_inputs<'a>(
         .filter_map(|folder| folder.canonicalize().ok())
         .collect();
     for output in outputs {
-        // A file that is not there replaces nothing.
+        // An output that does not exist yet overwrites no input.
         let Some(written) = handle(output) else {
             continue;
         };

@@ -111,7 +111,7 @@ impl Pipe {
             bail!("ffmpeg listens no more")
         };
         match pipe.write_all(rgb) {
-            // It ended early; why, it has said itself.
+            // ffmpeg exited early; its stderr says why.
             Err(error) if error.kind() == ErrorKind::BrokenPipe => self.end(),
             other => Ok(other?),
         }

@@ -65,7 +65,7 @@ const LEAST_BAND_PX: u32 = 1 << 18;
 const LARGEST_BAND_PX: u32 = 1 << 24;
 
 impl Pace {
-    /// A band of so many pixels took so long.
+    /// Records the time of a band of `pixels`.
     fn took(&mut self, pixels: usize, taken: Duration) {
         if let Some(seconds) = self.seconds {
             let rate = pixels as f64 / taken.as_secs_f64().max(1e-6);

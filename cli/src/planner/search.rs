@@ -62,8 +62,7 @@ impl Found {
     }
 }
 
-const TOO_DEAR: &str =
-    "to try settings on parts of so few or such small pictures costs more than it can save";
+const TOO_DEAR: &str = "too few or too small pictures for trial renders to pay off";
 const NOTHING_SEEN: &str = "a preview shows nothing to measure on";
 const NOTHING_KEEPS: &str = "no cheaper setting is predicted to keep the bound";
 

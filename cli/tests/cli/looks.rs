@@ -133,7 +133,7 @@ fn a_field_is_lit_and_a_projection_is_grey() {
         middle[0] > 230,
         "the greatest values are bright: {middle:?}"
     );
-    // Who says where the light is wants light.
+    // --light implies shading.
     let map = format!("{ball} --colormap magma");
     assert!(same(
         &bench,

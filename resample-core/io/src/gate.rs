@@ -25,7 +25,7 @@ pub enum Outside {
 enum Budget {
     /// A share of the machine's memory; data that looks like a bomb is refused earlier.
     Usual(u64),
-    /// As the user said, who knows what he reads.
+    /// Set explicitly; the expansion limit does not apply.
     Given(u64),
 }
 
@@ -94,7 +94,7 @@ impl Gate {
         let path = folder.join(name);
         if self.outside == Outside::Refused && leads_out(&path, name, root) {
             return Err(format!(
-                "'{}' leads out of the folder {}: copy the file there, or allow it with --allow-outside",
+                "'{}' points outside {}; move the file inside or allow outside paths (--allow-outside)",
                 shown(name),
                 here(root).display()
             ));

@@ -80,7 +80,7 @@ impl Places {
         let zero = splat(0.0);
         u.store_slice(&mut self.u);
         v.store_slice(&mut self.v);
-        // Of what is not finite in any number, nothing is asked but that it is done once.
+        // Non-finite inputs still do exactly one look-up.
         let count = plain.select(splat(1.0), count);
         count.store_slice(&mut self.count);
         upright.select(uy, ux).store_slice(&mut self.along[0]);

@@ -83,8 +83,7 @@ pub(crate) fn check_dims(dims: [usize; 3]) -> Result<(), Error> {
         return Ok(());
     };
     Err(Error::Option(format!(
-        "sheets need two voxels or more along each axis, and there is one along {}: composite every \
-         sample instead",
+        "the field renderer needs at least 2 voxels along each axis ({} has 1); use order every-sample",
         ["x", "y", "z"][axis]
     )))
 }

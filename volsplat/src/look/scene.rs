@@ -104,7 +104,7 @@ impl<'a> Scene<'a> {
             .all(|channel| channel.tint(0).is_some())
         {
             return Err(Error::Option(
-                "tints have no opacity: expected a channel that has one".into(),
+                "every channel is a tint; at least one channel must carry opacity".into(),
             ));
         }
         let dims = first.volume.dims;
@@ -217,7 +217,7 @@ fn same_dims(what: &str, dims: [usize; 3], expected: [usize; 3]) -> Result<(), E
     }
     let text = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
     Err(Error::Option(format!(
-        "{what} has {} voxels, and the volume has {}: expected as many along each axis",
+        "{what} has {} voxels, the volume has {}; expected the same dimensions",
         text(dims),
         text(expected)
     )))

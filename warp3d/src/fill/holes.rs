@@ -298,7 +298,7 @@ fn natural(layer: &Layer, is_site: &[bool], width: usize) -> Vec<Option<([f32; 3
         return out;
     };
     let neighbours = triangulation.natural_neighbor();
-    // What is infinitely far away counts as far away.
+    // Treat infinite depth as background.
     let finite = layer.depth.iter().copied().filter(|z| z.is_finite());
     let most = finite.fold(f32::MAX.sqrt(), f32::max);
     for hole in holes {

@@ -217,7 +217,7 @@ impl Run {
         if Lookup::is_clear(surfaces, sample) {
             let weights = Weights {
                 taps,
-                // Nothing is turned where nothing is filtered.
+                // Skip the rotated taps when no filter applies.
                 turned: (self.variance[lane] >= LEAST_VARIANCE as f32)
                     .then_some(&self.turned[lane]),
             };

@@ -39,7 +39,7 @@ pub enum BenchTable {
 /// Options of `resample bench extremes`.
 #[derive(Args, Clone, Debug)]
 pub struct BenchExtremesArgs {
-    /// Rows of many samples have one of so many of them: for a quick look
+    /// In large tests, check only every Nth sample
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..=10_000))]
     pub share: u16,
 }

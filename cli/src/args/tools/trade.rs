@@ -77,7 +77,7 @@ pub struct TradeOptions {
     /// Folder for the report; it is made if it does not exist
     #[arg(long, value_name = "FOLDER", default_value = "trade-report")]
     pub out: PathBuf,
-    /// Ladders whose rungs are combined with one another, separated by commas, beside one ladder at a time
+    /// Comma-separated parameters to vary jointly, in addition to one at a time
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub settings: Vec<String>,
     /// Frames of each setting; the median counts
@@ -105,7 +105,7 @@ pub enum SceneArg {
     Blobs,
 }
 
-/// The picture is never written: its name only has to be good.
+/// Never written; any valid file name will do.
 fn unwritten(output: clap::Arg) -> clap::Arg {
     output
         .required(false)

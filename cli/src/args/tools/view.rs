@@ -32,13 +32,13 @@ pub struct ServeArgs {
     /// Address to listen at; any other than the default can be reached by other machines [default: 127.0.0.1]
     #[arg(long, value_name = "ADDRESS")]
     pub bind: Option<IpAddr>,
-    /// Name under which a proxy hands the page on; may be repeated
+    /// Additional host name to accept, e.g. behind a reverse proxy; repeatable
     #[arg(long, value_name = "NAME")]
     pub allow_host: Vec<String>,
 }
 
 impl ServeArgs {
-    /// These options, and where they are silent, others.
+    /// These options, with `others` as fallback.
     pub(crate) fn or(self, other: Self) -> Self {
         Self {
             no_open: self.no_open || other.no_open,

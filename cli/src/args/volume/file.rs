@@ -16,7 +16,7 @@ pub struct VolumeArgs {
     /// Type of a voxel: u8, i8, u16, i16, u32, i32, u64, i64, f32 or f64 (raw files)
     #[arg(long = "type", value_name = "TYPE", requires = "dims")]
     pub voxel_type: Option<VoxelType>,
-    /// Byte order: little, which is also the default, or big (raw files)
+    /// Byte order: little (default) or big (raw files)
     #[arg(long, value_name = "ORDER", requires = "dims")]
     pub endian: Option<Endian>,
     /// Bytes before the first voxel, 0 if not given (raw files)

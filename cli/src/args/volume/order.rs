@@ -52,7 +52,7 @@ pub(crate) fn order(given: &Given<RenderArgs>) -> Result<Option<OrderName>> {
         return match choosers.iter().any(selects) {
             true => Ok(Some(order)),
             false => bail!(
-                "--{} and --{} meet in --order {}, which neither selects alone: give that too",
+                "--{} and --{} require --order {}; add it",
                 first.name,
                 choosers.last().unwrap_or(first).name,
                 order.name()

@@ -12,8 +12,8 @@ pub struct ReadingArgs {
     /// Most memory to work in, such as 4G or 512M [default: three quarters of what this machine or its control group has]
     ///
     /// A raw volume, or NRRD or MetaImage data that is not packed, is read brick by brick where it does not fit; a Zarr array
-    /// is first unpacked into a temporary file in the folder TMPDIR. What cannot be read in parts is refused. A small file
-    /// that unpacks to 500 times its size, or names the same data again and again, is only read with this option.
+    /// is first unpacked into a temporary file in the folder TMPDIR. Files that cannot be read in parts are refused.
+    /// Without this option, files that expand more than 500-fold or refer to the same data repeatedly are refused.
     #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
     pub max_memory: Option<u64>,
     /// Follow names inside files out of the folder of the file that is typed

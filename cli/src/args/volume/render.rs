@@ -24,7 +24,7 @@ pub struct RenderArgs {
     /// The trilinear field.
     #[command(flatten)]
     pub field: FieldOptions,
-    /// Sub-pixels along a pixel's side: 1, 2, 4, 8, 16, or auto, about two a voxel, in every-sample one a sample, in axis-sheets 1
+    /// Sub-pixels along a pixel's side: 1, 2, 4, 8, 16, or auto: about two per voxel (field), one per sample (every-sample), 1 (axis-sheets)
     #[arg(long, value_name = "N|auto", value_parser = values::subpixels, default_value = "auto")]
     pub subpixels: Subpixels,
     /// How the opacity of a voxel becomes the opacity of a pixel
@@ -34,7 +34,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "T", value_parser = values::fraction,
         default_value_t = RenderOptions::default().min_transmittance)]
     pub min_transmittance: f32,
-    /// Vector instructions; levels agree to rounding, and to the byte wherever the same one is drawn with
+    /// SIMD level. Levels differ by rounding only; one level gives the same bytes on every machine
     #[arg(long, value_enum, default_value = "auto")]
     pub vector_level: SimdLevel,
     /// How samples are lit, by the gradient of the volume [default: as the preset or the data have it; with --transfer,

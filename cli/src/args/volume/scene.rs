@@ -11,7 +11,7 @@ use clap::Args;
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Channels, labels, masks")]
 pub struct SceneArgs {
-    /// Hide every sample whose nearest voxel in this volume is 0; as many voxels along each axis as the volume
+    /// Mask volume of the same dimensions: samples whose nearest mask voxel is 0 are hidden
     #[arg(long, value_name = "FILE")]
     pub mask: Option<PathBuf>,
     /// The values are labels: never interpolated, each with a colour of its own; 0 is not drawn

@@ -32,7 +32,7 @@ pub struct TransferArgs {
     #[arg(long, value_name = "LEVEL,WIDTH", value_parser = values::window, allow_hyphen_values = true,
         conflicts_with = "transfer")]
     pub window: Option<Window>,
-    /// Ready-made look with its light and blending, such as ct-bone, mr-head, green-channel, flame; list describes all
+    /// Preset: transfer function, shading and blend mode, such as ct-bone, mr-head, green-channel, flame; `list` prints all
     ///
     /// Those for CT expect Hounsfield units, others take the range of the volume's values. Opacities are per voxel,
     /// unless --opacity-unit says otherwise. --shade and --blend replace the light and the blending of the preset.

@@ -89,7 +89,7 @@ pub(crate) fn drawn(words: &[OsString]) -> Result<(Application, Vec<OsString>)> 
         }
         (Content::Picture | Content::Plane | Content::PictureAndDepth, 2) => is(Application::Depth),
         (Content::Picture, 1) => bail!(
-            "{name}: a picture alone is no scene: give its depth too, as in resample warp3d {name} DEPTH --from CAM, or, of a \
+            "{name}: an image needs a depth map, as in resample warp3d {name} DEPTH --from CAM, or, of a \
              volume's slices, their folder or a pattern in quotes"
         ),
         (Content::Plane, 1) => bail!(

@@ -146,7 +146,7 @@ impl Open {
         Ok(())
     }
 
-    /// The options with what goes with the look where nothing was typed.
+    /// Fills options that were not set with those the preset suggests.
     fn suited(&self, options: RenderOptions, args: &RenderArgs) -> RenderOptions {
         let (volume, suggested) = (self.content.first(), self.content.suggested());
         settings::suited_to(options, args, volume, &suggested)
@@ -170,7 +170,7 @@ impl Open {
     /// Draws and writes all pictures, and reports.
     pub(crate) fn finish(self, planned: Option<Value>, log: RunLog) -> Result<()> {
         if self.args.sequence.part.tile.is_some() && !self.is_field() {
-            bail!("--tile: an order of samples draws pictures whole: divide them by --frames");
+            bail!("--tile requires the field renderer; use --frames instead");
         }
         let request = request(&self.args);
         let layers = blend::layers(&self.args.render.options.blend, self.plan.finish.format)?;
@@ -219,7 +219,7 @@ impl Open {
     pub(crate) fn check_still(&self) -> Result<()> {
         if self.motion.is_some() {
             bail!(
-                "the keys of --path change the volume, and only cameras are measured: leave that out of the keys"
+                "only camera keys are supported here; remove volume changes from the --path file"
             );
         }
         Ok(())

@@ -312,7 +312,7 @@ fn check_mask(mask: &Volume, grid: &Volume, file: Option<&Path>) -> Result<()> {
     if mask.dims != grid.dims {
         let text = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
         bail!(
-            "{}: the mask has {} voxels, and the volume has {}: expected as many along each axis",
+            "{}: the mask has {} voxels, the volume has {}; expected the same dimensions",
             file.unwrap_or(Path::new("mask")).display(),
             text(mask.dims),
             text(grid.dims)

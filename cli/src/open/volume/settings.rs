@@ -89,7 +89,7 @@ fn library_order(given: &Given<RenderArgs>) -> Result<Order> {
     }))
 }
 
-/// The options with what goes with the look where nothing was typed.
+/// Fills options that were not set with those the preset suggests.
 ///
 /// A single slice has no cell to interpolate in: unless an order was asked for, each of its samples is drawn, without light.
 pub(crate) fn suited_to(

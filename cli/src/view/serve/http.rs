@@ -85,7 +85,7 @@ impl Head {
             let text = found
                 .next()
                 .map(|header| String::from_utf8_lossy(header.value).trim().to_owned());
-            // Two of a kind are a trick.
+            // Reject repeated headers (request smuggling).
             text.filter(|_| found.next().is_none())
         };
         let is_upgrade =

@@ -181,7 +181,7 @@ impl<S: Simd> Scan<'_, S> {
         }
         // Beyond the brick a place is negative or has more than three bits, and the cell's number says nothing.
         let is_inside = (all_axes & constant(!(CELL_SIDE as u32 - 1))).simd_eq(constant(0));
-        // The lowest byte of each lane is looked up, the others give something that is not looked at.
+        // The lowest byte of each lane is looked up, the upper bytes are ignored.
         let rows: u8x64<S> = (cell >> 3).bitcast();
         let row: u32x16<S> = self.bits.swizzle_dyn(rows).bitcast();
         let bit = row >> (cell & constant(7)) & constant(1);

@@ -33,7 +33,7 @@ pub(crate) const REMEMBERED_PLANES: usize = 64;
 
 /// A rule for samples.
 pub(crate) trait SampleRule {
-    /// Takes half a row of samples on a plane in. Returns whether a pixel became more opaque.
+    /// Composites one vector of samples of a plane. Returns whether a pixel became more opaque.
     fn take<S: Simd>(
         simd: S,
         job: &Job,
@@ -62,7 +62,7 @@ pub(crate) struct GatherScratch {
     pub(crate) work: SampleCounts,
 }
 
-/// The state of a tile that more bricks will be drawn in.
+/// Per-tile state, carried from brick to brick.
 #[derive(Clone, Debug)]
 pub(crate) struct Unfinished {
     pixels: TilePixels,

@@ -95,7 +95,7 @@ impl Default for SegmentList {
 }
 
 impl SegmentList {
-    /// Takes parts in.
+    /// Appends ray segments.
     #[inline(always)]
     pub(crate) fn add<S: Simd>(&mut self, simd: S, found: &Found<S>) {
         let first = (found.at.row * TILE_PX + found.at.first) as u32;

@@ -268,7 +268,7 @@ impl<'a, S: Simd> PairInBrick<'a, S> {
         let side = f32x16::splat(simd, CELL_SIDE as f32);
         let numbers = z.mul_add(side, y).mul_add(side, x).to_int::<i32x16<S>>();
         let cell: u32x16<S> = numbers.bitcast();
-        // The lowest byte of each lane is looked up, the others give something that is not looked at.
+        // The lowest byte of each lane is looked up, the upper bytes are ignored.
         let rows: u8x64<S> = (cell >> 3).bitcast();
         let bits = u8x64::from_slice(simd, self.job.placed.brick.shown.rows());
         let row: u32x16<S> = bits.swizzle_dyn(rows).bitcast();

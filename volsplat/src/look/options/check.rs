@@ -37,7 +37,7 @@ impl RenderOptions {
         let blend = self.blend();
         let is_statistic = matches!(blend, Blend::Maximum | Blend::Minimum | Blend::Average);
         if self.shading != Shading::None && is_statistic {
-            return wrong("a greatest, least or mean scalar is not lit: leave out the shading");
+            return wrong("maximum, minimum and mean projections cannot be shaded");
         }
         if let Light::Towards(direction) = self.light
             && direction.try_normalize().is_none()

@@ -165,7 +165,7 @@ fn parse_series(words: &[&str], at: usize, dimension: usize) -> Result<DataFiles
     ];
     if step == 0 || (last - first).signum() == -step.signum() {
         return Err(format!(
-            "the data file field: from {first} to {last} by {step} leads nowhere"
+            "the data file field: step {step} never reaches {last} from {first}"
         ));
     }
     let numbers = Numbers {

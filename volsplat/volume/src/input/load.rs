@@ -89,7 +89,7 @@ fn finished(path: &Path, mut parts: Parts, options: &LoadOptions) -> Result<Volu
     })
 }
 
-/// Voxels take at least as much memory as their file, packed or not, as good as always.
+/// Decoded voxels are almost never smaller than their file.
 fn ask_for_plain(path: &Path, gate: &Gate) -> Result<(), Error> {
     // A folder, or a file that is not there: the readers say more about it.
     let bytes =
@@ -102,7 +102,7 @@ fn ask_for_plain(path: &Path, gate: &Gate) -> Result<(), Error> {
 fn rescaled(voxels: Voxels, slope: f64, intercept: f64) -> Result<Voxels, Error> {
     if !(slope.is_finite() && intercept.is_finite() && slope != 0.0) {
         return Err(Error::Option(format!(
-            "values are to be multiplied with {slope} and {intercept} added: expected finite numbers, the first not 0"
+            "invalid rescale: slope {slope}, intercept {intercept} (both must be finite, slope non-zero)"
         )));
     }
     Ok(rescale::Rescale { slope, intercept }.apply(voxels))

@@ -175,7 +175,7 @@ impl Fields {
     fn check_kind(&self) -> Result<(), Fault> {
         match self.get(&["objecttype"]) {
             Some(kind) if !kind.eq_ignore_ascii_case("image") => Err(unsupported(format!(
-                "ObjectType is '{}': only Image is a volume",
+                "unsupported ObjectType '{}' (expected Image)",
                 excerpt(kind)
             ))),
             _ => Ok(()),

@@ -35,7 +35,7 @@ const OTHER_KINDS: [(&str, &str); 4] = [
     ),
     (
         "UNSTRUCTURED_GRID",
-        "its cells lie anywhere: resample it to an image (ParaView: Resample To Image)",
+        "unstructured grids are not supported; resample to an image (ParaView: Resample To Image)",
     ),
     (
         "POLYDATA",

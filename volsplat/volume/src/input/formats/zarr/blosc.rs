@@ -64,7 +64,7 @@ fn header(packed: &[u8]) -> Result<Header, Fault> {
     };
     if !(1..=2).contains(&version) {
         return Err(unsupported(format!(
-            "Blosc format {version}: version 1 of Blosc is read"
+            "unsupported Blosc format {version} (supported: 1 and 2, that is, C-Blosc 1.x)"
         )));
     }
     let header = Header {
