@@ -281,7 +281,7 @@ fn options_of_another_order_are_refused() {
     assert_one_line(
         &bench,
         &words("--blend maximum --shade phong"),
-        "leave out the shading",
+        "cannot be shaded",
     );
     assert_refused(&bench, &words("--shade phong --light 0,0,0"), "--light");
     bench.write("slice.raw", &[200; 64]);
