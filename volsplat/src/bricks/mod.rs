@@ -3,10 +3,10 @@
 pub(crate) mod bounds;
 pub(crate) mod cells;
 pub(crate) mod cull;
-mod faces;
 pub(crate) mod fill;
-mod gradients;
+pub(crate) mod gradients;
 pub(crate) mod plan;
+pub(crate) mod scalars;
 mod shown;
 pub(crate) mod support;
 pub(crate) mod visible;

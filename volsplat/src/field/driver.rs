@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, GridView, Stop};
 
+use super::gradient::FromDifferences;
 use super::iso_rays::IsoSettings;
 use super::prepare::{self, Kept};
 use super::settings::{FieldFrame, FieldSettings};
@@ -299,6 +300,7 @@ impl FieldPipeline {
             brick_sections: FieldSettings::of_bricks(view.camera_from_grid.matrix3, CELL_SIDE),
             clip: self.clip.anchored(self.middle),
             channels: Arc::clone(&self.channels),
+            from_differences: FromDifferences::new(&self.world_from_index.matrix3),
             statistic: prepare::statistic(&self.options),
             segments: (1.0 / self.choices.slab_voxels).ceil().max(1.0) as u32,
             iso: self.iso.map(|iso| IsoSettings {

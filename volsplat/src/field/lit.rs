@@ -3,7 +3,8 @@
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 
-use crate::field::cell_sample::{Located, interpolated_gradient};
+use crate::field::cell_sample::Located;
+use crate::field::gradient::interpolated_gradient;
 use crate::field::job::Job;
 use crate::light::Lit;
 
@@ -19,6 +20,7 @@ pub(super) fn lit<S: Simd>(
         job.settings.sheets.shade.as_ref()?,
         job.placed.brick.gradients.as_ref()?,
     );
+    let gradients = (gradients, &job.settings.from_differences);
     let gradient = interpolated_gradient(simd, gradients, located, weight);
     Some(shade.light(simd, gradient, job.view.rays(simd, located.at)))
 }

@@ -19,6 +19,7 @@ mod clipped;
 mod driver;
 mod frame;
 mod gather;
+mod gradient;
 mod iso_rays;
 mod isosurface;
 mod job;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DMat3;
 use resample_core::{Camera, GridView, Stop};
 
+use super::gradient::FromDifferences;
 use super::iso_rays::IsoSettings;
 use super::ray_values::Statistic;
 use super::uniform::{Uniform, UniformChoice};
@@ -25,6 +26,8 @@ pub(crate) struct FieldSettings {
     pub(crate) clip: Vec<AnchoredHalfSpace>,
     /// All channels; the table of the first is that of the sheets too.
     pub(crate) channels: Arc<[ChannelSettings]>,
+    /// How differences of bytes become gradients.
+    pub(crate) from_differences: FromDifferences,
     /// Where the pixels show a statistic of their rays: which.
     pub(crate) statistic: Option<Statistic>,
     /// Segments of a ray in a cell, where the transfer function is integrated between samples.

@@ -21,7 +21,7 @@ use super::layer::cells_of;
 use super::sample::Samples;
 use crate::Error;
 use crate::bricks::bounds::Bounds;
-use crate::bricks::cells::Gradients;
+use crate::bricks::cells::WithGradients;
 use crate::bricks::cull::ViewVolume;
 use crate::bricks::plan::{check_dims, gradients};
 use crate::bricks::support::count_visible;
@@ -96,7 +96,7 @@ impl KernelSheets {
             }
             (Classify::Pre, _) => Samples::classify(volume, transfer, options.opacity),
         };
-        if gradients(options) == Gradients::With {
+        if gradients(options) == WithGradients::Yes {
             // Of the coefficients, where there are some.
             match &solved {
                 Some(solved) => {
