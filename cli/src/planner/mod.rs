@@ -13,6 +13,8 @@
 //! estimate with a margin, not a proof.
 
 mod candidate;
+mod compared;
+mod effort;
 mod estimate;
 mod explain;
 mod in_time;

@@ -6,10 +6,11 @@ use anyhow::{Result, bail};
 use resample_core::Camera;
 use serde_json::Value;
 
+use super::effort::Asked;
 use super::explain::Account;
 use super::ladder::Ladder;
 use super::pilot::Scene;
-use super::search::{self, Asked};
+use super::search;
 use crate::args::{AskArgs, Drawing};
 use crate::opened::Opened;
 use crate::plan::Purpose;
