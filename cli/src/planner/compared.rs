@@ -1,9 +1,10 @@
 //! Where windows of a volume stand: the whole picture under two settings shows where it changes.
 //!
-//! For a root mean square, cells count by their contrast under the default and by the change from a cheaper setting; for a largest
-//! error those come first that a dearer setting changes most.
+//! For a root mean square, cells count by their contrast under the default and by the change to a dearer setting, and what
+//! windows miss of that change raises the error that they show; for a largest error those come first that change most.
 
 use anyhow::Result;
+use resample_core::{Camera, Image};
 
 use super::candidate::Candidate;
 use super::ladder::Ladder;
@@ -19,19 +20,16 @@ const MOST_COMPARED_PX: u32 = 256;
 const BESIDE_WORK: f64 = 2.0;
 
 impl Pilot {
-    /// The cells of a picture by its contrast under the default, and by the change from the preview's setting to the default.
+    /// The cells of a picture by its contrast under the default, and by the change from there to a dearer setting.
     pub(super) fn compared(
         &mut self,
         scene: &mut Scene,
         ladder: &Ladder,
         cells: &Cells,
     ) -> Result<Cells> {
-        let small = preview_camera(cells.camera(), 1, MOST_COMPARED_PX)?;
-        let (cheap, _) = self.drawn(scene, &Candidate::new(&ladder.preview), &small)?;
-        scene.set(&ladder.default)?;
-        let (seen, _) = self.drawn(scene, &Candidate::new(&ladder.default), &small)?;
-        scene.set(&ladder.preview)?;
-        Ok(cells.with_steps(&seen.image, &cheap.image))
+        let camera = preview_camera(cells.camera(), 1, MOST_COMPARED_PX)?;
+        let [own, other] = self.two_settings(scene, ladder, &camera)?;
+        Ok(cells.with_steps(&own, &other))
     }
 
     /// The cells of a picture by their largest change from the default to a dearer setting, of all of its pixels.
@@ -42,16 +40,28 @@ impl Pilot {
         cells: &Cells,
     ) -> Result<Cells> {
         let camera = *cells.camera();
-        let small = preview_camera(&camera, 2, MOST_PREVIEW_PX)?;
+        let [own, other] = self.two_settings(scene, ladder, &camera)?;
+        Ok(cells.ranked(&own, &other))
+    }
+
+    /// A picture under the default and under a setting of twice its work or more.
+    fn two_settings(
+        &mut self,
+        scene: &mut Scene,
+        ladder: &Ladder,
+        camera: &Camera,
+    ) -> Result<[Image; 2]> {
+        let small = preview_camera(camera, 2, MOST_PREVIEW_PX)?;
         let (_, cheap) = self.drawn(scene, &Candidate::new(&ladder.preview), &small)?;
         scene.set(&ladder.default)?;
-        let (own, work) = self.drawn(scene, &Candidate::new(&ladder.default), &camera)?;
-        let per_cheap =
-            (work.growing / pixels(&camera)) / (cheap.growing / pixels(&small)).max(1.0);
-        let beside = ladder.from_work(BESIDE_WORK * per_cheap * ladder.preview.work);
+        let (own, work) = self.drawn(scene, &Candidate::new(&ladder.default), camera)?;
+        let cheap_each = cheap.growing / pixels(&small);
+        let default_work = ladder.preview.work * (work.growing / pixels(camera))
+            / cheap_each.max(f64::MIN_POSITIVE);
+        let beside = ladder.from_work(BESIDE_WORK * default_work);
         scene.set(beside)?;
-        let (other, _) = self.drawn(scene, &Candidate::new(beside), &camera)?;
+        let (other, _) = self.drawn(scene, &Candidate::new(beside), camera)?;
         scene.set(&ladder.preview)?;
-        Ok(cells.ranked(&own.image, &other.image))
+        Ok([own.image, other.image])
     }
 }

@@ -335,13 +335,14 @@ impl Pilot {
                 .map(|(window, part)| WindowError {
                     squares: part.squares,
                     max: part.max,
-                    ranked_by: window.change,
+                    change: window.change,
                     chance: window.chance,
                     draws: window.draws,
                 })
                 .collect(),
             covered_px: view.cells.covered_px,
             cells: view.cells.len(),
+            change: view.cells.change(),
             change_behind: view.cells.change_behind(view.windows.len()),
         };
         self.views

@@ -13,6 +13,8 @@ use resample_core::{Camera, Image};
 pub(super) struct Cells {
     /// Their left upper pixels, row by row, each with the sum of the counts up to and with its own.
     list: Vec<([u32; 2], f64)>,
+    /// The sum of the squared changes of each between two settings; empty where these were not compared.
+    changes: Vec<f64>,
     camera: Camera,
     side_px: u32,
     /// Where windows follow the largest changes of the picture: each cell's largest change and its place in the list, largest
@@ -32,7 +34,8 @@ pub(super) struct Window {
     pub(super) chance: f64,
     /// How often it was drawn.
     pub(super) draws: usize,
-    /// The largest change of its pixels, where cells are ranked by it.
+    /// The change of its pixels between two settings, where these were compared: the largest where cells are ranked by it, else
+    /// the sum of squares.
     pub(super) change: Option<f64>,
 }
 
@@ -79,7 +82,9 @@ impl Cells {
             .filter(|pixel| pixel[3] > COVERED)
             .count();
         let whole = [[0, preview.width], [0, preview.height]];
+        let changes = shown.iter().map(|(.., change)| *change);
         Self {
+            changes: steps.map_or(Vec::new(), |_| changes.collect()),
             list: shown.into_iter().map(count).collect(),
             ranks: Vec::new(),
             camera: *camera,
@@ -108,6 +113,11 @@ impl Cells {
         ranks.sort_by(|a, b| b.0.total_cmp(&a.0));
         cells.ranks = ranks;
         cells
+    }
+
+    /// The sum of the squared changes of all cells; `None` where two settings were not compared.
+    pub(super) fn change(&self) -> Option<f64> {
+        (!self.changes.is_empty()).then(|| self.changes.iter().sum())
     }
 
     /// The largest change of a pixel in the cells behind the first ones of the ranks; `None` where they are not ranked.
@@ -146,7 +156,7 @@ impl Cells {
             camera: part(&self.camera, at, self.side_px),
             chance: (passed - before) / total,
             draws: 1,
-            change: None,
+            change: self.changes.get(place.min(self.list.len() - 1)).copied(),
         })
     }
 }
