@@ -2,8 +2,7 @@
 //!
 //! Takes the voxels of a volume and what each of them stands for, reads those of a brick and one more on all sides, and
 //! differences them. Differences of bytes are kept as they are, whole numbers, three in four bytes; they become a gradient
-//! where a sample is lit. That takes a quarter of the memory of vectors, and rounds less: interpolation starts from exact
-//! numbers.
+//! where a sample is lit. That takes a quarter of the memory of vectors.
 
 use std::array::from_fn;
 
