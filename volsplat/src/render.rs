@@ -75,8 +75,8 @@ impl Renderer {
     }
 
     /// As [`Renderer::with_scene`], and keeps all of the volumes, so that [`Renderer::change`] is quick whatever is shown
-    /// next: for a program in which a person turns the knobs. It takes more memory: of the field of scalars 14 bytes a
-    /// voxel of 8 bits, 6 of others, and 23 more where light or the gradient's opacity have been asked for.
+    /// next: for a program in which a person turns the knobs. It takes more memory: of the field of scalars 5 bytes a
+    /// voxel of 8 bits, 6 of others, and 6 or 23 more where light or the gradient's opacity have been asked for.
     pub fn for_changes(scene: &Scene, options: &RenderOptions) -> Result<Self, Error> {
         Self::keeping(scene, options, Kept::Whole)
     }

@@ -4,7 +4,8 @@
 //! their mean is unbiased, and two standard errors of that mean are added. Of several views the worst counts, and for the
 //! pictures between them parts of the worst and of the mean step between neighbouring views are added: an eighth and a
 //! half for eight views, more for fewer: small pictures have few edges, and single ones stand out.
-//! Largest change: the maxima of the windows are taken for draws from a Gumbel distribution, the law of maxima of many
+//! Largest change: of a volume all pixels are drawn under two settings, and windows stand where these differ most (`largest_by_change`).
+//! Of meshes and depth images the maxima of the windows are taken for draws from a Gumbel distribution, the law of maxima of many
 //! pixels; its two numbers come from their mean and spread, and the bound is what the maximum over all cells of all pictures
 //! exceeds with a chance of one in fifty, twice over: it is the weaker promise of the two.
 
@@ -17,6 +18,9 @@ pub(super) struct WindowError {
     pub(super) squares: f64,
     /// Largest change of any pixel.
     pub(super) max: f64,
+    /// The change between the two settings that decided where windows stand: the largest where they are ranked, else the sum of
+    /// squares.
+    pub(super) change: Option<f64>,
     /// The chance of the window, and how often it was drawn.
     pub(super) chance: f64,
     pub(super) draws: usize,
@@ -28,6 +32,10 @@ pub(super) struct ViewErrors {
     pub(super) windows: Vec<WindowError>,
     pub(super) covered_px: f64,
     pub(super) cells: usize,
+    /// The sum of the squared changes between two settings over all cells, where these were compared.
+    pub(super) change: Option<f64>,
+    /// Where windows are ranked: the largest change in all other cells.
+    pub(super) change_behind: Option<f64>,
 }
 
 /// Standard errors that are added to a mean. Their number is doubled where there are no more than so many draws, because the
@@ -48,6 +56,13 @@ const EULER: f64 = 0.577_215_664_901_532_9;
 /// Factor on a predicted largest change. Calibrated: edges have longer tails than the law knows, and the largest true
 /// change was 1.5 times the predicted one in the scenes that were tried first.
 const SAFETY: f64 = 2.0;
+
+/// Most that a view's mean square is raised for change that its windows miss: windows without any change tell nothing of an error,
+/// and a finite number keeps predictions in order.
+const MOST_MISSED: f64 = 1e4;
+
+/// Changes below this part of the full scale say nothing of an error: a hundredth of a step of an 8-bit picture.
+const LEAST_CHANGE: f64 = 4e-5;
 
 /// -ln(-ln(1 - 1/50)): where one maximum in fifty lies above.
 const ONE_IN_FIFTY: f64 = 3.902;
@@ -93,7 +108,20 @@ fn mean_square(view: &ViewErrors) -> f64 {
     let estimates = estimates(view);
     let (mean, deviation) = mean_and_deviation(&estimates);
     let draws = estimates.len().max(1) as f64;
-    mean + STANDARD_ERRORS * (1.0 + FEW_DRAWS / draws) * deviation / draws.sqrt()
+    let own = mean + STANDARD_ERRORS * (1.0 + FEW_DRAWS / draws) * deviation / draws.sqrt();
+    own * missed(view)
+}
+
+/// How many times the change that the windows hold, by their chances, is in the whole picture; 1 where they hold it all or more.
+/// The change of all pixels between two settings is known, and where windows miss it they miss errors too.
+fn missed(view: &ViewErrors) -> f64 {
+    let Some(all) = view.change.filter(|all| *all > 0.0) else {
+        return 1.0;
+    };
+    let of = |w: &WindowError| w.draws as f64 * w.change.unwrap_or_default() / w.chance;
+    let draws: usize = view.windows.iter().map(|w| w.draws).sum();
+    let found = view.windows.iter().map(of).sum::<f64>() / draws.max(1) as f64;
+    (all / found.max(f64::MIN_POSITIVE)).clamp(1.0, MOST_MISSED)
 }
 
 /// Estimates of the mean square of a view, one for each draw.
@@ -105,7 +133,28 @@ fn estimates(view: &ViewErrors) -> Vec<f64> {
         .collect()
 }
 
+/// The largest error of a view whose windows changed most between two settings: that of the windows, or in the other cells their
+/// change times the greatest ratio of error to change in the windows, with the factor of all predicted maxima.
+fn largest_by_change(view: &ViewErrors, behind: f64) -> f64 {
+    let seen = view.windows.iter().map(|w| w.max).fold(0.0, f64::max);
+    let ratio = |w: &WindowError| w.max / w.change.unwrap_or_default().max(LEAST_CHANGE);
+    let ratio = view.windows.iter().map(ratio).fold(0.0, f64::max);
+    seen.max(SAFETY * ratio * behind)
+}
+
 fn largest(views: &[ViewErrors], pictures: usize) -> f64 {
+    let ranked: Option<Vec<f64>> = views
+        .iter()
+        .map(|view| Some(largest_by_change(view, view.change_behind?)))
+        .collect();
+    if let Some(ranked) = ranked.filter(|ranked| !ranked.is_empty()) {
+        let worst = ranked.into_iter().fold(0.0, f64::max);
+        return if pictures > views.len() {
+            SAFETY * worst
+        } else {
+            worst
+        };
+    }
     let maxima: Vec<f64> = views
         .iter()
         .flat_map(|view| view.windows.iter().map(|w| w.max))
@@ -140,6 +189,7 @@ mod tests {
         WindowError {
             squares,
             max,
+            change: None,
             chance,
             draws: 1,
         }
@@ -152,6 +202,8 @@ mod tests {
             windows,
             covered_px: 10.0,
             cells: 2,
+            change: None,
+            change_behind: None,
         };
         let found = predicted(BoundMetric::Rms, &[view], 1);
         assert!(
@@ -166,6 +218,8 @@ mod tests {
             windows: vec![window(3.0, 0.1, 1.0)],
             covered_px: 100.0,
             cells: 1,
+            change: None,
+            change_behind: None,
         };
         let of = |views: usize, pictures| {
             predicted(BoundMetric::Rms, &vec![view.clone(); views], pictures)
@@ -178,11 +232,54 @@ mod tests {
     }
 
     #[test]
+    fn change_that_windows_miss_raises_the_error() {
+        let changed = |change: f64| WindowError {
+            change: Some(change),
+            ..window(0.3, 0.1, 0.25)
+        };
+        let view = |changes: [f64; 2]| ViewErrors {
+            windows: changes.map(changed).to_vec(),
+            covered_px: 100.0,
+            cells: 100,
+            change: Some(4.0),
+            change_behind: None,
+        };
+        let of = |changes| predicted(BoundMetric::Rms, &[view(changes)], 1);
+        let whole = of([1.0, 1.0]);
+        assert!(
+            (of([0.5, 0.0]) - 2.0 * whole).abs() < 1e-12,
+            "a quarter was found"
+        );
+        assert_eq!(of([2.0, 3.0]), whole, "more than all is no credit");
+    }
+
+    #[test]
+    fn what_changed_most_bounds_the_largest_error_of_the_rest() {
+        let ranked = |max: f64, change: f64| WindowError {
+            change: Some(change),
+            ..window(0.3, max, 0.01)
+        };
+        let view = |behind: f64| ViewErrors {
+            windows: vec![ranked(0.10, 0.08), ranked(0.03, 0.05)],
+            covered_px: 100.0,
+            cells: 100,
+            change: None,
+            change_behind: Some(behind),
+        };
+        let of = |behind: f64| predicted(BoundMetric::Max, &[view(behind)], 1);
+        assert_eq!(of(0.0), 0.10, "nothing changed elsewhere");
+        assert_eq!(of(0.01), 0.10, "2 * 1.25 * 0.01 is less than what was seen");
+        assert!((of(0.06) - 0.15).abs() < 1e-12, "2 * 1.25 * 0.06");
+    }
+
+    #[test]
     fn spread_widens_the_bound() {
         let even = ViewErrors {
             windows: vec![window(0.3, 0.1, 0.25); 4],
             covered_px: 100.0,
             cells: 100,
+            change: None,
+            change_behind: None,
         };
         let mut uneven = even.clone();
         uneven.windows[0].squares = 0.6;

@@ -3,8 +3,9 @@
 use anyhow::Result;
 use serde_json::{Value, json};
 
+use super::effort::Asked;
 use super::pilot::Pilot;
-use super::search::{Asked, Found, Keeps, Tried};
+use super::search::{Found, Keeps, Tried};
 use crate::open::setting::Setting;
 use crate::process::report::Verbosity;
 

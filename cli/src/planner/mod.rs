@@ -15,7 +15,9 @@
 mod ladder;
 mod windows;
 mod candidate;
+mod effort;
 mod pilot;
+mod compared;
 mod estimate;
 mod search;
 mod in_time;

@@ -76,12 +76,14 @@ pub(super) struct Effort {
 pub(super) enum Steps {
     /// Also where the default changes the preview.
     Compared,
+    /// Where the next dearer setting than the default changes the picture most: for the largest error.
+    Ranked,
     /// On contrast alone.
     Ignored,
 }
 
 /// A preview has half of a picture's pixels along a side, and no more than this.
-const MOST_PREVIEW_PX: u32 = 160;
+pub(super) const MOST_PREVIEW_PX: u32 = 160;
 
 /// Pictures with the most contrast that are looked at, and how far they are from one another: this part of the sequence.
 const PEAKS: usize = 2;
@@ -92,7 +94,7 @@ const TIME_MARGIN: f64 = 1.2;
 
 impl Scene<'_> {
     /// Draws with a setting beyond the typed one from now on.
-    fn set(&mut self, rung: &Rung) -> Result<()> {
+    pub(super) fn set(&mut self, rung: &Rung) -> Result<()> {
         self.opened.set(&self.typed.with(&rung.setting)?)
     }
 }
@@ -105,12 +107,12 @@ pub(super) fn side_px(scene: &Scene) -> u32 {
     }
 }
 
-/// The camera of a picture's preview.
-fn preview_camera(camera: &Camera) -> Result<Camera> {
+/// The camera of a picture's preview: a part of its pixels along each side, and no more than some.
+pub(super) fn preview_camera(camera: &Camera, parts: u32, most_px: u32) -> Result<Camera> {
     let long_px = u64::from(camera.width.max(camera.height));
     let small = |px: u32| {
-        let most = (u64::from(px) * u64::from(MOST_PREVIEW_PX)).div_ceil(long_px);
-        px.div_ceil(2).min(most as u32)
+        let most = (u64::from(px) * u64::from(most_px)).div_ceil(long_px);
+        px.div_ceil(parts).min(most as u32)
     };
     Ok(camera.resized(small(camera.width), small(camera.height))?)
 }
@@ -119,14 +121,14 @@ fn preview_camera(camera: &Camera) -> Result<Camera> {
 struct Previews {
     candidate: Candidate,
     side_px: u32,
-    seen: BTreeMap<usize, (Cells, Image)>,
+    seen: BTreeMap<usize, Cells>,
 }
 
 impl Previews {
     /// The place of the one with the most contrast, among some.
     fn most(&self, among: impl Fn(usize) -> bool) -> Option<usize> {
         let seen = self.seen.iter().filter(|(place, _)| among(**place));
-        let most = seen.max_by(|(_, (a, _)), (_, (b, _))| a.contrast.total_cmp(&b.contrast));
+        let most = seen.max_by(|(_, a), (_, b)| a.contrast.total_cmp(&b.contrast));
         most.map(|(&place, _)| place)
     }
 }
@@ -172,13 +174,15 @@ impl Pilot {
         }
         for place in chosen {
             pilot.preview(scene, &mut previews, place)?;
-            let Some((mut cells, seen)) = previews.seen.remove(&place) else {
+            let Some(mut cells) = previews.seen.remove(&place) else {
                 continue;
             };
             if cells.len() > 0 {
-                if effort.steps == Steps::Compared {
-                    cells = pilot.compared(scene, ladder, &cells, &seen)?;
-                }
+                cells = match effort.steps {
+                    Steps::Compared => pilot.compared(scene, ladder, &cells)?,
+                    Steps::Ranked => pilot.ranked(scene, ladder, &cells)?,
+                    Steps::Ignored => cells,
+                };
                 pilot.views.push(View {
                     cells,
                     windows: Vec::new(),
@@ -229,33 +233,18 @@ impl Pilot {
         }
         let camera = scene.cameras[place];
         let long_px = u64::from(camera.width.max(camera.height));
-        let small = preview_camera(&camera)?;
+        let small = preview_camera(&camera, 2, MOST_PREVIEW_PX)?;
         let (seen, _) = self.drawn(scene, &previews.candidate, &small)?;
         let wall_per_cpu = seen.time.wall_ms / seen.time.cpu_ms.max(f64::MIN_POSITIVE);
         self.wall_per_cpu = self.wall_per_cpu.min(wall_per_cpu);
         let side_px = previews.side_px.min(long_px as u32);
         let cells = Cells::new(&camera, &seen.image, None, side_px);
-        previews.seen.insert(place, (cells, seen.image));
+        previews.seen.insert(place, cells);
         Ok(())
     }
 
-    /// The cells of a preview after its difference from one under the default.
-    fn compared(
-        &mut self,
-        scene: &mut Scene,
-        ladder: &Ladder,
-        cells: &Cells,
-        preview: &Image,
-    ) -> Result<Cells> {
-        let small = preview_camera(cells.camera())?;
-        scene.set(&ladder.default)?;
-        let (seen, _) = self.drawn(scene, &Candidate::new(&ladder.default), &small)?;
-        scene.set(&ladder.preview)?;
-        Ok(cells.with_steps(preview, &seen.image))
-    }
-
     /// Draws, and counts the time and the work of it.
-    fn drawn(
+    pub(super) fn drawn(
         &mut self,
         scene: &mut Scene,
         candidate: &Candidate,
@@ -347,12 +336,15 @@ impl Pilot {
                 .map(|(window, part)| WindowError {
                     squares: part.squares,
                     max: part.max,
+                    change: window.change,
                     chance: window.chance,
                     draws: window.draws,
                 })
                 .collect(),
             covered_px: view.cells.covered_px,
             cells: view.cells.len(),
+            change: view.cells.change(),
+            change_behind: view.cells.change_behind(view.windows.len()),
         };
         self.views
             .iter()

@@ -6,11 +6,11 @@ use anyhow::{Result, bail};
 use resample_core::Camera;
 use serde_json::Value;
 
+use super::effort::Asked;
 use super::explain::Account;
 use super::ladder::Ladder;
 use super::pilot::Scene;
 use super::search;
-use super::search::Asked;
 use crate::args::words::typed;
 use crate::args::words::typed::Typed;
 use crate::args::{AskArgs, Drawing};

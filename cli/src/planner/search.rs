@@ -3,21 +3,12 @@
 use anyhow::Result;
 
 use super::candidate::Candidate;
-use super::estimate::{MOST_VIEWS, predicted, seen};
+use super::effort::{Asked, DRAWS, SHARE_OF_EXACT, effort};
+use super::estimate::{predicted, seen};
 use super::ladder::{Ladder, Rung};
-use super::pilot::{Effort, Pilot, Scene, Steps, side_px};
-use super::windows::pixels;
+use super::pilot::{Pilot, Scene, side_px};
 use crate::open::setting::Setting;
-use crate::values::Bound;
-
-/// The bound that a person asked for.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Asked {
-    /// At most this error.
-    Error(Bound),
-    /// At most this time, ms.
-    Time(f64),
-}
+use crate::values::BoundMetric;
 
 /// A setting that was tried.
 #[derive(Clone, Debug)]
@@ -66,8 +57,7 @@ const TOO_DEAR: &str = "too few or too small pictures for trial renders to pay o
 const NOTHING_SEEN: &str = "a preview shows nothing to measure on";
 const NOTHING_KEEPS: &str = "no cheaper setting is predicted to keep the bound";
 
-/// Draws of each picture at a time, and at most.
-const DRAWS: usize = 4;
+/// Draws of each picture at most.
 const MOST_DRAWS: usize = 24;
 
 /// Draws in all from which on a cheaper setting than a volume's default is tried: those of a sequence of sixteen pictures. With
@@ -79,20 +69,13 @@ const UNDERCUT_DRAWS: usize = 16;
 /// factor leaves in doubt.
 const UNSEEN_DRAWS: f64 = 4.0;
 
-/// Part of a run under the exact setting that looking may take; and the part where the default does not keep the bound, to
-/// know better which settings lie above it. Where only the margin is in the way, looking may take as much as a run under the default:
-/// a dearer setting would take two to four times as much.
-const SHARE_OF_EXACT: f64 = 0.35;
+/// Part of a run under the exact setting that looking may take where the default does not keep the bound, to know better which
+/// settings lie above it. Where only the margin is in the way, looking may take as much as a run under the default: a dearer
+/// setting would take two to four times as much.
 const SHARE_WHERE_IT_FAILS: f64 = 0.08;
 
 /// A setting below the best one is no gain unless it takes less work than this part.
 const LEAST_GAIN: f64 = 0.8;
-
-/// Pictures of a sequence of which previews are drawn, for the one with the most contrast.
-const PREVIEWS: usize = 16;
-
-/// Pictures of a sequence that are looked at for a time.
-const TIMED_VIEWS: usize = 3;
 
 /// CPU time of windows after which no more are added for a time, ms: a quarter of the tenth of a second that planning may take.
 const ENOUGH_MS: f64 = 25.0;
@@ -125,32 +108,13 @@ pub(super) struct Search<'a, 'b> {
 
 /// Looks for the cheapest setting that keeps an error, or for the most exact one that keeps a time.
 pub(super) fn found(scene: &mut Scene, ladder: &Ladder, asked: Asked) -> Result<Found> {
-    let pictures = scene.cameras.len();
-    let views = match asked {
-        Asked::Error(_) if pictures > 1 => (pictures / 4).clamp(2, MOST_VIEWS),
-        Asked::Error(_) => 1,
-        Asked::Time(_) => pictures.min(TIMED_VIEWS),
-    };
-    if matches!(asked, Asked::Error(_)) && !may_pay(scene, views) {
+    let Some(effort) = effort(scene, asked) else {
         return Ok(Found {
             pilot: None,
             tried: Vec::new(),
             best: None,
             why_exact: TOO_DEAR,
         });
-    }
-    let previews = match asked {
-        Asked::Error(_) => pictures.min(PREVIEWS),
-        Asked::Time(_) => 0,
-    };
-    let steps = match (asked, &scene.typed) {
-        (Asked::Error(_), Setting::Volume(_)) => Steps::Compared,
-        _ => Steps::Ignored,
-    };
-    let effort = Effort {
-        views,
-        previews,
-        steps,
     };
     let mut search = Search {
         asked,
@@ -183,14 +147,6 @@ pub(super) fn found(scene: &mut Scene, ladder: &Ladder, asked: Asked) -> Result<
     })
 }
 
-/// Returns true if a look might be worth its cost, as far as sizes show.
-fn may_pay(scene: &Scene, views: usize) -> bool {
-    let cameras = &scene.cameras;
-    let picture = cameras.iter().map(pixels).fold(0.0, f64::max);
-    let least = (DRAWS as f64 * f64::from(side_px(scene)).powi(2)).min(picture);
-    views as f64 * least <= SHARE_OF_EXACT * cameras.len() as f64 * picture
-}
-
 impl Search<'_, '_> {
     /// Adds windows under the exact and the default setting until their errors are clear; whether that is worth its cost.
     fn looked_for_errors(&mut self) -> Result<bool> {
@@ -218,7 +174,8 @@ impl Search<'_, '_> {
                 Verdict::Fails => default_run.min(SHARE_WHERE_IT_FAILS * exact_run),
                 Verdict::Unsure => default_run.min(SHARE_OF_EXACT * exact_run),
             };
-            if self.pilot.work > most {
+            // Previews are drawn for where to look, and are not looked at.
+            if self.pilot.work - previews > most {
                 break;
             }
         }
@@ -264,7 +221,8 @@ impl Search<'_, '_> {
             return Verdict::Unsure;
         };
         let errors = self.pilot.errors(&self.default);
-        let predicted = self.unseen() * predicted(bound.metric, &errors, self.pilot.pictures);
+        let predicted =
+            self.unseen(bound.metric) * predicted(bound.metric, &errors, self.pilot.pictures);
         if predicted <= bound.value {
             Verdict::Keeps
         } else if seen(bound.metric, &errors) > bound.value {
@@ -276,11 +234,11 @@ impl Search<'_, '_> {
 
     /// Factor on a volume's predicted error for what a few draws in all cannot show: draws that agree have no spread, and miss
     /// errors that stand in few cells.
-    fn unseen(&self) -> f64 {
+    fn unseen(&self, metric: BoundMetric) -> f64 {
         let draws = (self.pilot.draws * self.pilot.size().0).max(1) as f64;
-        match self.scene.typed {
-            Setting::Volume(_) => 1.0 + UNSEEN_DRAWS / draws,
-            Setting::Mesh(_) | Setting::Depth(_) => 1.0,
+        match (&self.scene.typed, metric) {
+            (Setting::Volume(_), BoundMetric::Rms) => 1.0 + UNSEEN_DRAWS / draws,
+            _ => 1.0,
         }
     }
 
@@ -378,7 +336,7 @@ impl Search<'_, '_> {
     pub(super) fn judged(&self, candidate: &Candidate) -> Tried {
         let error = |metric| {
             let errors = self.pilot.errors(candidate);
-            self.unseen() * predicted(metric, &errors, self.pilot.pictures)
+            self.unseen(metric) * predicted(metric, &errors, self.pilot.pictures)
         };
         let time_ms = self.pilot.picture_ms(candidate);
         let (error, keeps) = match self.asked {

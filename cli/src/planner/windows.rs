@@ -13,8 +13,13 @@ use resample_core::{Camera, Image};
 pub(super) struct Cells {
     /// Their left upper pixels, row by row, each with the sum of the counts up to and with its own.
     list: Vec<([u32; 2], f64)>,
+    /// The sum of the squared changes of each between two settings; empty where these were not compared.
+    changes: Vec<f64>,
     camera: Camera,
     side_px: u32,
+    /// Where windows follow the largest changes of the picture: each cell's largest change and its place in the list, largest
+    /// first. Empty where they are drawn.
+    ranks: Vec<(f64, usize)>,
     /// Pixels of the picture that are covered.
     pub(super) covered_px: f64,
     /// Contrast for each covered pixel.
@@ -29,6 +34,9 @@ pub(super) struct Window {
     pub(super) chance: f64,
     /// How often it was drawn.
     pub(super) draws: usize,
+    /// The change of its pixels between two settings, where these were compared: the largest where cells are ranked by it, else
+    /// the sum of squares.
+    pub(super) change: Option<f64>,
 }
 
 /// Share of the count that a covered cell has without contrast, of the mean: flat parts hold little error, but not none.
@@ -74,8 +82,11 @@ impl Cells {
             .filter(|pixel| pixel[3] > COVERED)
             .count();
         let whole = [[0, preview.width], [0, preview.height]];
+        let changes = shown.iter().map(|(.., change)| *change);
         Self {
+            changes: steps.map_or(Vec::new(), |_| changes.collect()),
             list: shown.into_iter().map(count).collect(),
+            ranks: Vec::new(),
             camera: *camera,
             side_px,
             covered_px: covered as f64 / preview.rgba.len().max(1) as f64 * pixels(camera),
@@ -86,6 +97,33 @@ impl Cells {
     /// The cells of the same picture after its preview under another setting too.
     pub(super) fn with_steps(&self, preview: &Image, steps: &Image) -> Self {
         Self::new(&self.camera, preview, Some(steps), self.side_px)
+    }
+
+    /// The cells of two settings' pictures of all pixels, those with the largest change of one pixel first: where the largest error
+    /// is asked for, all pixels were looked at, and only the cells that changed most are drawn with the exact setting.
+    pub(super) fn ranked(&self, image: &Image, other: &Image) -> Self {
+        let mut cells = Self::new(&self.camera, image, None, self.side_px);
+        let change = |(place, (at, _)): (usize, &([u32; 2], f64))| {
+            let end = |k: usize, length: u32| (at[k] + self.side_px).min(length) as usize;
+            let columns = [at[0] as usize, end(0, self.camera.width)];
+            let rows = [at[1] as usize, end(1, self.camera.height)];
+            (largest_change(image, other, [columns, rows]), place)
+        };
+        let mut ranks: Vec<(f64, usize)> = cells.list.iter().enumerate().map(change).collect();
+        ranks.sort_by(|a, b| b.0.total_cmp(&a.0));
+        cells.ranks = ranks;
+        cells
+    }
+
+    /// The sum of the squared changes of all cells; `None` where two settings were not compared.
+    pub(super) fn change(&self) -> Option<f64> {
+        (!self.changes.is_empty()).then(|| self.changes.iter().sum())
+    }
+
+    /// The largest change of a pixel in the cells behind the first ones of the ranks; `None` where they are not ranked.
+    pub(super) fn change_behind(&self, first: usize) -> Option<f64> {
+        let is_ranked = !self.ranks.is_empty();
+        is_ranked.then(|| self.ranks.get(first).map_or(0.0, |(change, _)| *change))
     }
 
     /// The camera of the whole picture.
@@ -100,6 +138,15 @@ impl Cells {
 
     /// The window of a draw; `None` where nothing is shown.
     pub(super) fn window(&self, draw: usize) -> Option<Window> {
+        if !self.ranks.is_empty() {
+            let &(change, place) = self.ranks.get(draw)?;
+            return Some(Window {
+                camera: part(&self.camera, self.list[place].0, self.side_px),
+                chance: 1.0 / self.list.len() as f64,
+                draws: 1,
+                change: Some(change),
+            });
+        }
         let &(_, total) = self.list.last()?;
         let target = van_der_corput(draw) * total;
         let place = self.list.partition_point(|(_, passed)| *passed <= target);
@@ -109,6 +156,7 @@ impl Cells {
             camera: part(&self.camera, at, self.side_px),
             chance: (passed - before) / total,
             draws: 1,
+            change: self.changes.get(place.min(self.list.len() - 1)).copied(),
         })
     }
 }
@@ -154,6 +202,20 @@ fn change(image: &Image, other: &Image, [columns, rows]: [[usize; 2]; 2]) -> f64
         }
     }
     sum
+}
+
+/// The largest difference of two pictures of one size.
+fn largest_change(image: &Image, other: &Image, [columns, rows]: [[usize; 2]; 2]) -> f64 {
+    let mut largest = 0.0_f64;
+    for y in rows[0]..rows[1] {
+        let row = y * image.width + columns[0]..y * image.width + columns[1];
+        for (pixel, other) in image.rgba[row.clone()].iter().zip(&other.rgba[row]) {
+            for k in 0..3 {
+                largest = largest.max(f64::from((pixel[k] - other[k]).abs()));
+            }
+        }
+    }
+    largest
 }
 
 /// The sum of the squared differences of neighbours; `None` where nothing is covered.

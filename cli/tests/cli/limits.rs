@@ -93,3 +93,31 @@ fn a_pipe_that_has_the_name_of_a_temporary_file_stays() {
     assert_good(&bench.draw("--size 8x8 -o out/a.png"));
     assert_eq!(bench.written(), [".resample-pipe.tmp", "a.png"]);
 }
+
+/// Peak memory of drawing a cube of bytes, all of them visible, lit by default.
+#[cfg(target_os = "linux")]
+fn peak_of_bytes(bench: &Bench, side: usize) -> f64 {
+    let voxels: Vec<u8> = (0..side.pow(3)).map(|i| (i * i * 31 >> 9) as u8).collect();
+    bench.write("bytes.raw", &voxels);
+    assert_good(&bench.run(&format!(
+        "volsplat bytes.raw --dims {side},{side},{side} --type u8 --size 32x32 -o out/a.png --stats out/s.json"
+    )));
+    let stats = super::planner::json(bench, "out/s.json");
+    assert_eq!(
+        stats["settings"]["render"]["shading"], "phong",
+        "the default is lit"
+    );
+    stats["peak_bytes"].as_f64().expect("Linux tells")
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_lit_volume_of_bytes_takes_few_bytes_a_voxel() {
+    const SIDE: usize = 192;
+    let bench = Bench::new();
+    let own = peak_of_bytes(&bench, SIDE) - peak_of_bytes(&bench, 8);
+    // The voxel; four bytes each for its face and its differences, with the brick's rim 4.5 and 5.7; the brick itself and its
+    // places in lists, some 600 bytes for 512 voxels: 12.4. An eighth more for what the allocator keeps.
+    let each = own / SIDE.pow(3) as f64;
+    assert!(each < 14.0, "{each:.1} bytes a voxel");
+}

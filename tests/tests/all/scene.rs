@@ -180,7 +180,11 @@ fn tints_multiply_the_colour_of_what_is_opaque() {
         mask: None,
     };
     let refused = Renderer::with_scene(&scene, &options()).map(|_| ());
-    assert!(refused.is_err_and(|error| error.to_string().contains("at least one channel must carry opacity")));
+    assert!(refused.is_err_and(|error| {
+        error
+            .to_string()
+            .contains("at least one channel must carry opacity")
+    }));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::cmp::Ordering;
 
 use rayon::prelude::*;
 
-use super::cells::{CellBrick, CellField, Gradients, ShownCells};
+use super::cells::{CellBrick, CellField, ShownCells, WithGradients};
 use super::fill::{Block, FieldPlan, PlannedChannel, Shown};
 use super::support::Support;
 use crate::grid::bounds::Bounds;
@@ -24,7 +24,7 @@ impl CellField {
         let all = FieldPlan {
             channels: channels.collect(),
             mask: plan.mask,
-            gradients: Gradients::Without,
+            gradients: WithGradients::No,
         };
         let mut field = Self::new(&all, non_transparent);
         field.show(plan);
@@ -66,7 +66,7 @@ impl FieldPlan<'_> {
             return;
         };
         (brick.bounds, brick.shown) = (bounds, shown);
-        if self.gradients == Gradients::With {
+        if self.gradients == WithGradients::Yes {
             self.add_gradients(brick, &block);
         }
     }
@@ -77,7 +77,7 @@ impl FieldPlan<'_> {
         let tables = std::iter::once(&mut brick.gradients)
             .chain(brick.more.iter_mut().map(|channel| &mut channel.gradients));
         for (channel, table) in self.channels.iter().zip(tables) {
-            table.get_or_insert_with(|| channel.gradients(&whole));
+            table.get_or_insert_with(|| self.gradients_of(channel, &whole));
         }
     }
 }

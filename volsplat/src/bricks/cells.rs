@@ -5,7 +5,10 @@
 //! hold no visible scalar are dropped, and the others know the box of their visible cells. Further channels and a mask go
 //! with the brick, in tables of the same layout.
 
+use crate::bricks::gradients::Gradients;
+use crate::bricks::scalars::Scalars;
 use crate::grid::bounds::Bounds;
+use resample_volume::volume::VoxelType;
 
 /// Cells along a brick's side: small enough to hug thin structures, large enough that finding a brick on the screen
 /// costs little beside its samples. 4 and 16 were slower on both a dense and a sparse volume.
@@ -42,12 +45,10 @@ pub(crate) struct CellField {
 pub(crate) struct CellBrick {
     /// The box of the visible cells: the brick's first voxel, and the least and greatest vertex.
     pub(crate) bounds: Bounds,
-    /// Scalars at the vertices, x fastest, [`VERTEX_SIDE`] a row. Of labels, their numbers in a palette.
-    pub(crate) scalars: Box<Table>,
-    /// The same by face, of 8-bit voxels.
-    pub(crate) faces: Option<Box<FaceBytes>>,
-    /// The scalar's gradient at the vertices, per unit in which pictures count lengths; only where it was asked for.
-    pub(crate) gradients: Option<Box<GradientTable>>,
+    /// Scalars at the vertices. Of labels, their numbers in a palette.
+    pub(crate) scalars: Scalars,
+    /// The scalar's gradient at the vertices; only where it was asked for.
+    pub(crate) gradients: Option<Gradients>,
     /// Least and greatest scalar at the vertices.
     pub(crate) range: [f32; 2],
     /// The channels after the first.
@@ -132,41 +133,38 @@ pub(crate) type FaceBytes = [u32; FACES];
 /// One channel of a brick; the fields are those of [`CellBrick`].
 #[derive(Clone, Debug)]
 pub(crate) struct BrickChannel {
-    pub(super) scalars: Box<Table>,
-    pub(super) gradients: Option<Box<GradientTable>>,
+    pub(super) scalars: Scalars,
+    pub(super) gradients: Option<Gradients>,
     pub(super) range: [f32; 2],
 }
 
 /// One channel of a brick, lent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ChannelCells<'a> {
-    pub(crate) scalars: &'a Table,
-    pub(crate) gradients: Option<&'a GradientTable>,
+    pub(crate) scalars: &'a Scalars,
+    pub(crate) gradients: Option<&'a Gradients>,
     pub(crate) range: [f32; 2],
 }
 
 /// A value for each vertex of a brick.
 pub(crate) type Table = [f32; TABLE_LEN];
 
-/// A vector for each vertex of a brick, along the world's axes. The fourth number is 0: so one load takes a vector.
-pub(crate) type GradientTable = [[f32; 4]; TABLE_LEN];
-
-/// Bricks with or without gradients.
+/// Returns true if bricks carry gradients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Gradients {
-    Without,
-    With,
+pub(crate) enum WithGradients {
+    No,
+    Yes,
 }
 
 impl CellBrick {
-    /// Bytes that a brick of one channel takes.
-    pub(crate) fn bytes(gradients: Gradients) -> u64 {
-        let vectors = if gradients == Gradients::With {
-            size_of::<GradientTable>()
-        } else {
-            0
+    /// Bytes that a brick of one channel of scalars of this type takes.
+    pub(crate) fn bytes(voxel_type: VoxelType, gradients: WithGradients) -> u64 {
+        let are_bytes = voxel_type == VoxelType::U8;
+        let vectors = match gradients {
+            WithGradients::No => 0,
+            WithGradients::Yes => Gradients::size(are_bytes),
         };
-        (size_of::<Self>() + size_of::<Table>() + size_of::<FaceBytes>() + vectors) as u64
+        (size_of::<Self>() + Scalars::size(are_bytes) + vectors) as u64
     }
 
     /// A channel by its number.
@@ -175,14 +173,14 @@ impl CellBrick {
         match number.checked_sub(1) {
             None => ChannelCells {
                 scalars: &self.scalars,
-                gradients: self.gradients.as_deref(),
+                gradients: self.gradients.as_ref(),
                 range: self.range,
             },
             Some(place) => {
                 let channel = &self.more[place];
                 ChannelCells {
                     scalars: &channel.scalars,
-                    gradients: channel.gradients.as_deref(),
+                    gradients: channel.gradients.as_ref(),
                     range: channel.range,
                 }
             }
@@ -205,12 +203,10 @@ pub(crate) const CELL_CORNERS: [usize; 8] = {
     ]
 };
 
-/// Least and greatest scalar of a cell's corners.
-pub(crate) fn cell_range(scalars: &Table, first: usize) -> [f32; 2] {
-    CELL_CORNERS
-        .iter()
-        .fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], offset| {
-            let value = scalars[first + offset];
-            [low.min(value), high.max(value)]
-        })
+/// Least and greatest scalar of a cell's corners; `first` is the place of its first vertex.
+pub(crate) fn cell_range(scalars: &Scalars, first: usize) -> [f32; 2] {
+    let corners = scalars.corners(first).into_iter();
+    corners.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], value| {
+        [low.min(value), high.max(value)]
+    })
 }

@@ -5,24 +5,24 @@ use resample_volume::volume::grid::Grid;
 use resample_volume::volume::{Volume, Voxels, with_voxels};
 
 use super::cells::{
-    BrickChannel, CELL_SIDE, CellBrick, CellField, FaceBytes, GradientTable, Gradients, TABLE_LEN,
-    Table, VERTEX_SIDE,
+    BrickChannel, CELL_SIDE, CellBrick, CellField, TABLE_LEN, VERTEX_SIDE, WithGradients,
 };
 use crate::bricks::cells::ShownCells;
-use crate::bricks::faces::face_bytes;
-use crate::bricks::gradients::{gradients, vertex};
+use crate::bricks::gradients::{Gradients, differences, vectors, vertex};
+use crate::bricks::scalars::Scalars;
 use crate::bricks::shown::{CellRanges, box_of, cells_of, take_in, unmasked};
 use crate::bricks::support::Support;
 use crate::grid::bounds::{Bounds, brick_corners};
 use crate::grid::units::gradient_from_differences;
 use crate::look::palette::Palette;
+use resample_volume::volume::scalar;
 
 /// The input of a field.
 pub(crate) struct FieldPlan<'a> {
     /// At least one; all of one size.
     pub(crate) channels: Vec<PlannedChannel<'a>>,
     pub(crate) mask: Option<&'a Volume>,
-    pub(crate) gradients: Gradients,
+    pub(crate) gradients: WithGradients,
 }
 
 /// A volume and what of it is seen.
@@ -83,49 +83,48 @@ impl Block {
         Self { corner, size }
     }
 
-    /// A value for each vertex, made from its voxel, and their range.
-    fn filled<T: Copy + Into<f64>>(
+    /// A value for each vertex, made from its voxel, and their range; `least` and `greatest` stand for no value.
+    fn filled<T: Copy, V: Copy + Default + PartialOrd>(
         &self,
         grid: &Grid<T>,
-        value: impl Fn(f64) -> f32,
-    ) -> (Box<Table>, [f32; 2]) {
-        let mut table = Box::new([0.0; TABLE_LEN]);
-        let (mut least, mut greatest) =
-            ([f32::INFINITY; VERTEX_SIDE], [-f32::INFINITY; VERTEX_SIDE]);
+        value: impl Fn(T) -> V,
+        [least, greatest]: [V; 2],
+    ) -> ([V; TABLE_LEN], [V; 2]) {
+        let mut table = [V::default(); TABLE_LEN];
+        let (mut lows, mut highs) = ([least; VERTEX_SIDE], [greatest; VERTEX_SIDE]);
         self.for_each_row(grid, |place, row| {
             let entries = &mut table[place..place + VERTEX_SIDE];
+            // A row of a whole brick has a known length, and is compared at once.
             match row.first_chunk::<VERTEX_SIDE>() {
                 Some(row) => {
                     for x in 0..VERTEX_SIDE {
-                        entries[x] = value(row[x].into());
+                        entries[x] = value(row[x]);
                     }
-                    take_in(&mut least, &mut greatest, entries);
+                    take_in(&mut lows, &mut highs, entries);
                 }
                 None => {
                     for (entry, &voxel) in entries.iter_mut().zip(row) {
-                        *entry = value(voxel.into());
+                        *entry = value(voxel);
                     }
                     take_in(
-                        &mut least[..row.len()],
-                        &mut greatest[..row.len()],
+                        &mut lows[..row.len()],
+                        &mut highs[..row.len()],
                         &entries[..row.len()],
                     );
                 }
             }
         });
-        let range = [
-            least.into_iter().fold(f32::INFINITY, f32::min),
-            greatest.into_iter().fold(f32::NEG_INFINITY, f32::max),
-        ];
-        (table, range)
+        let low = lows
+            .into_iter()
+            .fold(least, |a, b| if b < a { b } else { a });
+        let high = highs
+            .into_iter()
+            .fold(greatest, |a, b| if b > a { b } else { a });
+        (table, [low, high])
     }
 
     /// Calls `visit` with each row of vertices: the place of its first in the tables, and its voxels.
-    fn for_each_row<T: Copy + Into<f64>>(
-        &self,
-        grid: &Grid<T>,
-        mut visit: impl FnMut(usize, &[T]),
-    ) {
+    fn for_each_row<T: Copy>(&self, grid: &Grid<T>, mut visit: impl FnMut(usize, &[T])) {
         let [first_x, first_y, first_z] = self.corner.map(|c| c as usize);
         for z in 0..=self.size[2] {
             for y in 0..=self.size[1] {
@@ -164,7 +163,7 @@ impl FieldPlan<'_> {
         if self.channels.iter().all(|c| c.is_surely_empty(block)) {
             return None;
         }
-        let tables: Vec<(Box<Table>, [f32; 2])> =
+        let tables: Vec<(Scalars, [f32; 2])> =
             self.channels.iter().map(|c| c.scalars(block)).collect();
         let seen =
             |(channel, table): (&PlannedChannel, &(_, [f32; 2]))| channel.shown.meets(table.1);
@@ -176,13 +175,13 @@ impl FieldPlan<'_> {
             Some(Masked::Part(table)) => Some(table),
             Some(Masked::None) | None => None,
         };
-        let cells = tables.iter().map(|(table, range)| (&**table, *range));
+        let cells = tables.iter().map(|(table, range)| (table, *range));
         let (bounds, shown) = self.shown_cells(block, cells, mask.as_deref())?;
         let with_gradients =
-            |(channel, (scalars, range)): (&PlannedChannel, (Box<Table>, [f32; 2]))| {
+            |(channel, (scalars, range)): (&PlannedChannel, (Scalars, [f32; 2]))| {
                 let gradients = match self.gradients {
-                    Gradients::Without => None,
-                    Gradients::With => Some(channel.gradients(&bounds)),
+                    WithGradients::No => None,
+                    WithGradients::Yes => Some(self.gradients_of(channel, &bounds)),
                 };
                 BrickChannel {
                     scalars,
@@ -198,7 +197,6 @@ impl FieldPlan<'_> {
         } = channels.next()?;
         Some(CellBrick {
             bounds,
-            faces: self.channels[0].face_bytes(&scalars),
             scalars,
             gradients,
             range,
@@ -212,7 +210,7 @@ impl FieldPlan<'_> {
     pub(super) fn shown_cells<'a>(
         &self,
         block: &Block,
-        tables: impl Iterator<Item = (&'a Table, [f32; 2])>,
+        tables: impl Iterator<Item = (&'a Scalars, [f32; 2])>,
         mask: Option<&[u8; TABLE_LEN]>,
     ) -> Option<(Bounds, ShownCells)> {
         let mut all = cells_of(block.size);
@@ -229,6 +227,9 @@ impl FieldPlan<'_> {
     }
 }
 
+/// Bytes that are compared at once: a row of a block and some beside it.
+const WIDE: usize = 16;
+
 impl PlannedChannel<'_> {
     /// Returns true if nothing of a block is seen: of bytes, without a table of them.
     fn is_surely_empty(&self, block: &Block) -> bool {
@@ -236,62 +237,74 @@ impl PlannedChannel<'_> {
         else {
             return false;
         };
-        let grid = Grid {
-            voxels: voxels.as_slice(),
-            dims: self.volume.dims,
-        };
-        let (mut least, mut greatest) = ([u8::MAX; VERTEX_SIDE], [0u8; VERTEX_SIDE]);
-        block.for_each_row(&grid, |_, row| {
-            // A row of a whole brick has a known length, and is compared at once.
-            match row.first_chunk::<VERTEX_SIDE>() {
-                Some(row) => take_in(&mut least, &mut greatest, row),
-                None => take_in(&mut least[..row.len()], &mut greatest[..row.len()], row),
+        let [columns, rows, _] = self.volume.dims;
+        let [first_x, first_y, first_z] = block.corner.map(|c| c as usize);
+        let (mut lows, mut highs) = ([u8::MAX; WIDE], [0u8; WIDE]);
+        for z in first_z..=first_z + block.size[2] {
+            for y in first_y..=first_y + block.size[1] {
+                let row = &voxels[first_x + columns * (y + rows * z)..];
+                match row.first_chunk::<WIDE>() {
+                    Some(row) => take_in(&mut lows, &mut highs, row),
+                    None => take_in(&mut lows, &mut highs, row),
+                }
             }
-        });
-        let (least, greatest) = least
-            .iter()
-            .zip(greatest)
-            .fold((u8::MAX, 0), |(low, high), (&l, g)| {
-                (low.min(l), high.max(g))
-            });
+        }
+        // What lies beside the block was taken in beside it.
+        let own = 0..=block.size[0];
+        let least = lows[own.clone()].iter().fold(u8::MAX, |a, &b| a.min(b));
+        let greatest = highs[own].iter().fold(0, |a, &b| a.max(b));
         !support.meets(f32::from(least), f32::from(greatest))
     }
 
-    /// The bytes at the corners of each cell; `None` where voxels are more than bytes.
-    fn face_bytes(&self, scalars: &Table) -> Option<Box<FaceBytes>> {
-        if !matches!(
-            (&self.volume.voxels, &self.shown),
-            (Voxels::U8(_), Shown::Scalars(_))
-        ) {
-            return None;
-        }
-        Some(face_bytes(scalars))
-    }
-
     /// The scalars of a block, or the numbers of its labels, and their range.
-    fn scalars(&self, block: &Block) -> (Box<Table>, [f32; 2]) {
+    fn scalars(&self, block: &Block) -> (Scalars, [f32; 2]) {
         let dims = self.volume.dims;
-        with_voxels!(&self.volume.voxels, slice => {
+        if let Some(voxels) = self.bytes() {
+            let grid = Grid { voxels, dims };
+            let (bytes, range) = block.filled(&grid, |byte| byte, [u8::MAX, 0]);
+            return (Scalars::of_bytes(&bytes), range.map(f32::from));
+        }
+        let none = [f32::INFINITY, f32::NEG_INFINITY];
+        let (table, range) = with_voxels!(&self.volume.voxels, slice => {
             let grid = Grid { voxels: slice, dims };
             match &self.shown {
-                Shown::Scalars(_) => block.filled(&grid, |value| value as f32),
-                Shown::Labels(palette, _) => block.filled(&grid, |value| palette.number(value)),
+                Shown::Scalars(_) => block.filled(&grid, |voxel| scalar(voxel) as f32, none),
+                Shown::Labels(palette, _) => {
+                    block.filled(&grid, |voxel| palette.number(scalar(voxel)), none)
+                }
             }
-        })
+        });
+        (Scalars::Numbers(Box::new(table)), range)
     }
 
-    /// The gradients at the vertices of a block up to the greatest that is seen.
-    pub(super) fn gradients(&self, bounds: &Bounds) -> Box<GradientTable> {
-        let dims = self.volume.dims;
-        let to_world = gradient_from_differences(&self.volume.world_from_index.matrix3);
-        with_voxels!(&self.volume.voxels, slice => {
+    /// The voxels, where they are bytes that stand for themselves.
+    fn bytes(&self) -> Option<&[u8]> {
+        match (&self.volume.voxels, &self.shown) {
+            (Voxels::U8(voxels), Shown::Scalars(_)) => Some(voxels),
+            _ => None,
+        }
+    }
+}
+
+impl FieldPlan<'_> {
+    /// The gradients of a channel at the vertices of a block up to the greatest that is seen.
+    pub(super) fn gradients_of(&self, channel: &PlannedChannel, bounds: &Bounds) -> Gradients {
+        let dims = channel.volume.dims;
+        let axes = |volume: &Volume| volume.world_from_index.matrix3;
+        let own_axes = axes(channel.volume);
+        // A frame makes gradients of differences by the axes of the first channel.
+        if let (Some(voxels), true) = (channel.bytes(), own_axes == axes(self.channels[0].volume)) {
+            return differences(&Grid { voxels, dims }, bounds);
+        }
+        let to_world = gradient_from_differences(&own_axes);
+        with_voxels!(&channel.volume.voxels, slice => {
             let grid = Grid { voxels: slice, dims };
-            match &self.shown {
-                Shown::Scalars(_) => gradients(&grid, |value| value as f32, bounds, &to_world),
+            match &channel.shown {
+                Shown::Scalars(_) => vectors(&grid, |value| value as f32, bounds, &to_world),
                 // Labels rise and fall with their visible part.
                 Shown::Labels(palette, strengths) => {
                     let strength = |value| strengths[palette.number(value) as usize];
-                    gradients(&grid, strength, bounds, &to_world)
+                    vectors(&grid, strength, bounds, &to_world)
                 }
             }
         })
@@ -310,11 +323,11 @@ impl Shown {
     }
 
     /// The cells of a table with this range that are kept, and those in which samples may be seen.
-    fn cells(&self, table: &Table, range: [f32; 2]) -> [ShownCells; 2] {
+    fn cells(&self, scalars: &Scalars, range: [f32; 2]) -> [ShownCells; 2] {
         match self {
-            Self::Scalars(support) => support.cells(table, range),
+            Self::Scalars(support) => support.cells(scalars, range),
             Self::Labels(..) => {
-                let drawn = CellRanges::new(table).select(|_, greatest| greatest > 0.0);
+                let drawn = CellRanges::new(scalars).select(|_, greatest| greatest > 0.0);
                 [drawn.clone(), drawn]
             }
         }

@@ -3,7 +3,7 @@
 //! What the options ask for decides which cells are kept: those that a transfer function shows, all of them where a
 //! statistic of the whole ray is wanted, those that hold the scalar of a surface.
 
-use super::cells::Gradients;
+use super::cells::WithGradients;
 use super::fill::{FieldPlan, PlannedChannel, Shown};
 use super::support::Support;
 use crate::Error;
@@ -43,12 +43,12 @@ impl FieldPlan<'_> {
     }
 }
 
-/// Returns the gradients that the bricks need.
-pub(crate) fn gradients(options: &RenderOptions) -> Gradients {
+/// Returns true if the bricks need gradients.
+pub(crate) fn gradients(options: &RenderOptions) -> WithGradients {
     if options.follows_gradient() {
-        Gradients::With
+        WithGradients::Yes
     } else {
-        Gradients::Without
+        WithGradients::No
     }
 }
 

@@ -2,7 +2,11 @@
 //!
 //! Ranges are found along one axis after another, all cells side by side: loops that become vector instructions.
 
-use super::cells::{CELL_ROWS, CELL_SIDE, CELLS, ShownCells, TABLE_LEN, Table, VERTEX_SIDE};
+use super::cells::{
+    CELL_ROWS, CELL_SIDE, CELLS, FACES as FACES_ACROSS_Z, FaceBytes, ShownCells, TABLE_LEN,
+    VERTEX_SIDE,
+};
+use super::scalars::Scalars;
 use crate::grid::bounds::Bounds;
 
 /// Vertices of a brick with cells along x, and of those with cells along y too.
@@ -17,10 +21,16 @@ pub(super) struct CellRanges {
 
 impl CellRanges {
     #[inline(always)]
-    pub(super) fn new(table: &Table) -> Self {
-        Self {
-            least: over_corners(table, f32::min),
-            greatest: over_corners(table, f32::max),
+    pub(super) fn new(scalars: &Scalars) -> Self {
+        match scalars {
+            Scalars::Numbers(table) => Self {
+                least: over_corners(table, f32::min),
+                greatest: over_corners(table, f32::max),
+            },
+            Scalars::Bytes(faces) => Self {
+                least: over_bytes(faces, u32::min),
+                greatest: over_bytes(faces, u32::max),
+            },
         }
     }
 
@@ -44,6 +54,21 @@ impl CellRanges {
 #[inline(always)]
 fn bits_of(eight: [u8; CELL_SIDE]) -> u8 {
     (u64::from_le_bytes(eight).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
+}
+
+/// What the bytes at the eight corners of each cell combine to.
+#[inline(always)]
+fn over_bytes(faces: &FaceBytes, combine: impl Fn(u32, u32) -> u32) -> [f32; CELLS] {
+    let mut of_faces = [0u32; FACES_ACROSS_Z];
+    for (of_face, &face) in of_faces.iter_mut().zip(faces) {
+        let [a, b, c, d] = [0, 8, 16, 24].map(|shift| face >> shift & 0xff);
+        *of_face = combine(combine(a, b), combine(c, d));
+    }
+    let mut cells = [0.0; CELLS];
+    for (at, cell) in cells.iter_mut().enumerate() {
+        *cell = combine(of_faces[at], of_faces[at + CELL_ROWS]) as f32;
+    }
+    cells
 }
 
 /// Combines the values at the eight corners of each cell.

@@ -8,7 +8,8 @@ use std::ops::RangeInclusive;
 use resample_core::dispatch;
 use resample_core::simd::SimdLevel;
 
-use super::cells::{ShownCells, Table};
+use super::cells::ShownCells;
+use super::scalars::Scalars;
 use super::shown::CellRanges;
 use crate::look::transfer::TransferFunction;
 
@@ -112,17 +113,17 @@ impl Support {
     }
 
     /// The cells of a table with this range that it meets, and those that it meets with its reach.
-    pub(super) fn cells(&self, table: &Table, range: [f32; 2]) -> [ShownCells; 2] {
+    pub(super) fn cells(&self, scalars: &Scalars, range: [f32; 2]) -> [ShownCells; 2] {
         if self.holds(range) {
             return [ShownCells::all(), ShownCells::all()];
         }
         let level = SimdLevel::Auto.resolve();
-        dispatch!(level, simd => self.met_cells(table))
+        dispatch!(level, simd => self.met_cells(scalars))
     }
 
     #[inline(always)]
-    fn met_cells(&self, table: &Table) -> [ShownCells; 2] {
-        let ranges = CellRanges::new(table);
+    fn met_cells(&self, scalars: &Scalars) -> [ShownCells; 2] {
+        let ranges = CellRanges::new(scalars);
         let (mut met, mut reached) = (ShownCells::none(), ShownCells::none());
         for interval in &self.intervals {
             let (start, end) = (*interval.start(), *interval.end());

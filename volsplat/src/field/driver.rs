@@ -17,6 +17,7 @@ use crate::field::setup::iso_rays::IsoSettings;
 use crate::field::setup::prepare;
 use crate::field::setup::prepare::Kept;
 use crate::field::setup::settings::{FieldFrame, FieldSettings};
+use crate::field::walk::gradient::FromDifferences;
 use crate::grid::bounds::Bounds;
 use crate::grid::units::{in_unit, power_of_two};
 use crate::large::LargeVolume;
@@ -300,6 +301,7 @@ impl FieldPipeline {
             brick_sections: FieldSettings::of_bricks(view.camera_from_grid.matrix3, CELL_SIDE),
             clip: self.clip.anchored(self.middle),
             channels: Arc::clone(&self.channels),
+            from_differences: FromDifferences::new(&self.world_from_index.matrix3),
             statistic: prepare::statistic(&self.options),
             segments: (1.0 / self.choices.slab_voxels).ceil().max(1.0) as u32,
             iso: self.iso.map(|iso| IsoSettings {

@@ -292,7 +292,7 @@ fn interpolated(brick: &CellBrick, local: DVec3) -> (f64, DVec3) {
     for corner in 0..8usize {
         let bits = [corner & 1, corner >> 1 & 1, corner >> 2];
         let place = x + bits[0] + VERTEX_SIDE * (y + bits[1] + VERTEX_SIDE * (z + bits[2]));
-        let value = f64::from(brick.scalars[place]);
+        let value = f64::from(brick.scalars.at(place));
         let weight = |axis: usize| {
             if bits[axis] == 1 {
                 share[axis]

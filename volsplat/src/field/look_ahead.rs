@@ -6,6 +6,8 @@
 use std::hint::black_box;
 
 use crate::bricks::cells::{CELL_ROWS, CellBrick, VERTEX_SIDE};
+use crate::bricks::gradients::Gradients;
+use crate::bricks::scalars::Scalars;
 use crate::field::setup::settings::{FieldSettings, Rule};
 
 /// Bytes of a line of the cache, on all machines that have vectors which we use.
@@ -24,23 +26,33 @@ pub(crate) fn touch(settings: &FieldSettings, brick: &CellBrick) {
     };
     let [least, greatest] = brick.bounds.range();
     let layers = usize::from(least[2])..usize::from(greatest[2]) + 1;
+    let vertices = layers.start * LAYER..layers.end * LAYER;
     let mut read = 0;
-    if let Some(faces) = brick.faces.as_deref() {
-        let faces = &faces[layers.start * CELL_ROWS..layers.end * CELL_ROWS];
-        for line in faces.chunks(LINE_BYTES / size_of::<u32>()) {
-            read ^= line[0];
+    match &brick.scalars {
+        Scalars::Bytes(faces) => {
+            let faces = &faces[layers.start * CELL_ROWS..layers.end * CELL_ROWS];
+            for line in faces.chunks(LINE_BYTES / size_of::<u32>()) {
+                read ^= line[0];
+            }
         }
-    } else {
-        let scalars = &brick.scalars[layers.start * LAYER..layers.end * LAYER];
-        for line in scalars.chunks(LINE_BYTES / size_of::<f32>()) {
-            read ^= line[0].to_bits();
+        Scalars::Numbers(table) => {
+            for line in table[vertices.clone()].chunks(LINE_BYTES / size_of::<f32>()) {
+                read ^= line[0].to_bits();
+            }
         }
     }
-    if let (true, Some(gradients)) = (is_lit, brick.gradients.as_deref()) {
-        let gradients = &gradients[layers.start * LAYER..layers.end * LAYER];
-        for line in gradients.chunks(LINE_BYTES / size_of::<[f32; 4]>()) {
-            read ^= line[0][0].to_bits();
+    match brick.gradients.as_ref().filter(|_| is_lit) {
+        Some(Gradients::Vectors(table)) => {
+            for line in table[vertices].chunks(LINE_BYTES / size_of::<[f32; 4]>()) {
+                read ^= line[0][0].to_bits();
+            }
         }
+        Some(Gradients::Differences(table)) => {
+            for line in table[vertices].chunks(LINE_BYTES / size_of::<u32>()) {
+                read ^= line[0];
+            }
+        }
+        None => {}
     }
     black_box(read);
 }

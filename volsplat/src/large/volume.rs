@@ -126,9 +126,9 @@ impl Described for LargeVolume {
 }
 
 /// Most memory that image sheets take beside the voxels, bytes: the bricks of a volume that is visible everywhere.
-pub fn most_brick_bytes(lattice: &Lattice, options: &RenderOptions) -> u64 {
+pub fn most_brick_bytes(lattice: &Lattice, voxel_type: VoxelType, options: &RenderOptions) -> u64 {
     // A forged size may be beyond all counting; no memory is as large.
     let along = bricks_along(lattice.dims).into_iter();
     let bricks = along.fold(1u64, |count, bricks| count.saturating_mul(bricks as u64));
-    bricks.saturating_mul(CellBrick::bytes(gradients(options)))
+    bricks.saturating_mul(CellBrick::bytes(voxel_type, gradients(options)))
 }

@@ -126,7 +126,7 @@ impl Facts {
         let lattice = volume.lattice();
         let memory = Memory {
             voxels: lattice.len() as u64 * volume.voxel_type().bytes() as u64,
-            most_bricks: most_brick_bytes(&lattice, &RenderOptions::default()),
+            most_bricks: most_brick_bytes(&lattice, volume.voxel_type(), &RenderOptions::default()),
             available: report::available_bytes(),
         };
         let told = if args.volume.dims.is_some() {

@@ -252,7 +252,7 @@ pub(crate) fn look_through(
         return Ok(None);
     };
     let voxels = (lattice.len() as u64).saturating_mul(voxel_type.bytes() as u64);
-    if voxels.saturating_add(most_brick_bytes(&lattice, options)) <= max_memory {
+    if voxels.saturating_add(most_brick_bytes(&lattice, voxel_type, options)) <= max_memory {
         return Ok(None);
     }
     let mut watch = watch("looking through the volume", progress);

@@ -6,11 +6,16 @@ use resample_core::composite::{DepthRule, opacity};
 
 use super::interpolate::interpolate;
 use super::one_by_one;
-use crate::bricks::cells::{CELL_CORNERS, GradientTable, TABLE_LEN, VERTEX_SIDE};
+use crate::bricks::cells::{CELL_CORNERS, TABLE_LEN, VERTEX_SIDE};
+use crate::bricks::gradients::{DifferenceTable, GradientTable, Gradients};
 use crate::field::setup::tile_context::Job;
+use crate::field::walk::gradient::FromDifferences;
 use crate::field::walk::samples::{
     BetweenSteps, LANES, Numbers, PIXEL_SHIFT, PackedSamples, ShownSamples, vertex,
 };
+
+/// Samples that are lit together.
+const EIGHT: usize = 8;
 
 /// Finds what shows something, and its opacity.
 #[inline(always)]
@@ -83,23 +88,27 @@ pub(crate) fn classify<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples)
 /// Lights the samples that show something.
 #[inline(always)]
 pub(crate) fn light<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples) {
-    const EIGHT: usize = 8;
     let shown = &mut samples.shown;
-    let (Some(shade), Some(table)) = (
+    let (Some(shade), Some(gradients)) = (
         job.settings.sheets.shade.as_ref(),
-        job.placed.brick.gradients.as_deref(),
+        job.placed.brick.gradients.as_ref(),
     ) else {
         // What is not lit has its own colour.
         shown.body[..shown.count].fill(1.0);
         shown.highlight[..shown.count].fill(0.0);
         return;
     };
+    match gradients {
+        Gradients::Vectors(table) => of_vectors(simd, table, shown, &mut samples.between),
+        Gradients::Differences(table) => {
+            let from = &job.settings.from_differences;
+            of_differences(simd, (table, from), shown, &mut samples.between);
+        }
+    }
     let BetweenSteps { gradient, ray, .. } = &mut samples.between;
     for k in 0..shown.count {
-        let vector = gradient_at(simd, table, shown, k);
         let pixel = (shown.place[k] >> PIXEL_SHIFT) as usize % (LANES * LANES);
         for axis in 0..3 {
-            gradient[axis][k] = vector[axis];
             ray[axis][k] = job.view.ray_in_world[axis].as_flattened()[pixel];
         }
     }
@@ -114,6 +123,62 @@ pub(crate) fn light<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples) {
         lit.body.store_slice(&mut shown.body[range.clone()]);
         lit.highlight
             .store_slice(&mut shown.highlight[range.clone()]);
+    }
+}
+
+/// The gradients of samples that show something, from vectors.
+#[inline(always)]
+fn of_vectors<S: Simd>(
+    simd: S,
+    table: &GradientTable,
+    shown: &ShownSamples,
+    between: &mut BetweenSteps,
+) {
+    for k in 0..shown.count {
+        let vector = gradient_at(simd, table, shown, k);
+        for axis in 0..3 {
+            between.gradient[axis][k] = vector[axis];
+        }
+    }
+}
+
+/// The same from differences of bytes: looked up one by one, and mixed a vector at a time.
+#[inline(always)]
+fn of_differences<S: Simd>(
+    simd: S,
+    (table, from): (&DifferenceTable, &FromDifferences),
+    shown: &ShownSamples,
+    between: &mut BetweenSteps,
+) {
+    let BetweenSteps {
+        gradient,
+        differences,
+        ..
+    } = between;
+    for k in 0..shown.count {
+        one_by_one();
+        let place = vertex(shown.place[k]);
+        for edge in 0..4 {
+            let at = place + CELL_CORNERS[2 * edge];
+            differences[2 * edge][k] = table[at];
+            differences[2 * edge + 1][k] = table[at + 1];
+        }
+    }
+    for first in (0..shown.count).step_by(LANES) {
+        let range = first..first + LANES;
+        let mut corners = [u32x16::splat(simd, 0); 8];
+        for (corner, differences) in corners.iter_mut().zip(&*differences) {
+            *corner = u32x16::from_slice(simd, &differences[range.clone()]);
+        }
+        let share = [
+            f32x16::from_slice(simd, &shown.share[0][range.clone()]),
+            f32x16::from_slice(simd, &shown.share[1][range.clone()]),
+            f32x16::from_slice(simd, &shown.share[2][range.clone()]),
+        ];
+        let found = from.gradient16(simd, &corners, &share);
+        for (part, numbers) in found.into_iter().zip(gradient.iter_mut()) {
+            part.store_slice(&mut numbers[range.clone()]);
+        }
     }
 }
 

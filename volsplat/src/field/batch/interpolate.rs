@@ -4,52 +4,26 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16, u32x16};
 
 use super::one_by_one;
-use crate::bricks::cells::{CELL_CORNERS, CELL_ROWS, CellBrick};
+use crate::bricks::cells::{CELL_CORNERS, CELL_ROWS, CellBrick, FaceBytes};
+use crate::bricks::scalars::Scalars;
 use crate::field::walk::samples::{CELL_MASK, LANES, PackedSamples, vertex};
 
 /// The field at the samples.
 #[inline(always)]
 pub(crate) fn interpolate<S: Simd>(simd: S, brick: &CellBrick, samples: &mut PackedSamples) {
     let count = samples.len();
-    if let Some(faces) = brick.faces.as_deref() {
-        let [front, back] = &mut samples.between.faces;
-        for k in 0..count {
-            one_by_one();
-            let cell = (samples.place[k] & CELL_MASK) as usize;
-            front[k] = faces[cell];
-            back[k] = faces[cell + CELL_ROWS];
-        }
-        for first in (0..count).step_by(LANES) {
-            let range = first..first + LANES;
-            let [front, back] = &samples.between.faces;
-            let front = u32x16::from_slice(simd, &front[range.clone()]);
-            let back = u32x16::from_slice(simd, &back[range.clone()]);
-            let mix = Mix::new(simd, samples, first);
-            let front = mix.face(
-                byte(simd, front, 0),
-                byte(simd, front, 8),
-                byte(simd, front, 16),
-                byte(simd, front, 24),
-            );
-            let back = mix.face(
-                byte(simd, back, 0),
-                byte(simd, back, 8),
-                byte(simd, back, 16),
-                byte(simd, back, 24),
-            );
-            mix.between(front, back)
-                .store_slice(&mut samples.scalar[range.clone()]);
-        }
-        return;
-    }
+    let table = match &brick.scalars {
+        Scalars::Numbers(table) => table,
+        Scalars::Bytes(faces) => return of_bytes(simd, faces, samples),
+    };
     let corners = &mut samples.between.corners;
     for (k, &place) in samples.place[..count].iter().enumerate() {
         one_by_one();
         let place = vertex(place);
         for edge in 0..4 {
             let at = place + CELL_CORNERS[2 * edge];
-            corners[2 * edge][k] = brick.scalars[at];
-            corners[2 * edge + 1][k] = brick.scalars[at + 1];
+            corners[2 * edge][k] = table[at];
+            corners[2 * edge + 1][k] = table[at + 1];
         }
     }
     for first in (0..count).step_by(LANES) {
@@ -58,6 +32,40 @@ pub(crate) fn interpolate<S: Simd>(simd: S, brick: &CellBrick, samples: &mut Pac
         let mix = Mix::new(simd, samples, first);
         let front = mix.face(load(0), load(1), load(2), load(3));
         let back = mix.face(load(4), load(5), load(6), load(7));
+        mix.between(front, back)
+            .store_slice(&mut samples.scalar[range.clone()]);
+    }
+}
+
+/// The field at samples among bytes.
+#[inline(always)]
+fn of_bytes<S: Simd>(simd: S, faces: &FaceBytes, samples: &mut PackedSamples) {
+    let count = samples.len();
+    let [front, back] = &mut samples.between.faces;
+    for k in 0..count {
+        one_by_one();
+        let cell = (samples.place[k] & CELL_MASK) as usize;
+        front[k] = faces[cell];
+        back[k] = faces[cell + CELL_ROWS];
+    }
+    for first in (0..count).step_by(LANES) {
+        let range = first..first + LANES;
+        let [front, back] = &samples.between.faces;
+        let front = u32x16::from_slice(simd, &front[range.clone()]);
+        let back = u32x16::from_slice(simd, &back[range.clone()]);
+        let mix = Mix::new(simd, samples, first);
+        let front = mix.face(
+            byte(simd, front, 0),
+            byte(simd, front, 8),
+            byte(simd, front, 16),
+            byte(simd, front, 24),
+        );
+        let back = mix.face(
+            byte(simd, back, 0),
+            byte(simd, back, 8),
+            byte(simd, back, 16),
+            byte(simd, back, 24),
+        );
         mix.between(front, back)
             .store_slice(&mut samples.scalar[range.clone()]);
     }

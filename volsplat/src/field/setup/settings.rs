@@ -9,6 +9,7 @@ use super::iso_rays::IsoSettings;
 use super::ray_values::Statistic;
 use crate::bricks::cells::CellBrick;
 use crate::field::setup::constant_brick::{Uniform, UniformChoice};
+use crate::field::walk::gradient::FromDifferences;
 use crate::look::clip::{AnchoredHalfSpace, GridClip};
 use crate::picture::tiles::Means;
 use crate::slabs::channel::{ChannelSettings, Reading};
@@ -25,6 +26,8 @@ pub(crate) struct FieldSettings {
     pub(crate) clip: Vec<AnchoredHalfSpace>,
     /// All channels; the table of the first is that of the sheets too.
     pub(crate) channels: Arc<[ChannelSettings]>,
+    /// How differences of bytes become gradients.
+    pub(crate) from_differences: FromDifferences,
     /// Where the pixels show a statistic of their rays: which.
     pub(crate) statistic: Option<Statistic>,
     /// Segments of a ray in a cell, where the transfer function is integrated between samples.

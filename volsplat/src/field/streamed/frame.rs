@@ -94,7 +94,7 @@ impl StreamedCells {
                 grid,
                 rows: rows.clone(),
                 tiles: Vec::new(),
-                batch_len: batch_len(&self.budget, self.reader.gradients),
+                batch_len: batch_len(&self.budget, self.reader.brick_bytes()),
             };
             let slots = &mut slots[rows.start * grid.columns()..rows.end * grid.columns()];
             band.draw(slots, stats, &mut |share| {
@@ -111,8 +111,8 @@ fn tile_bytes(settings: &FieldSettings) -> usize {
     Unfinished::bytes(settings) + size_of::<Progress>()
 }
 
-fn batch_len(budget: &Budget, gradients: crate::bricks::cells::Gradients) -> usize {
-    ((budget.batch / CellBrick::bytes(gradients)) as usize).clamp(MIN_BATCH, MAX_BATCH)
+fn batch_len(budget: &Budget, brick_bytes: u64) -> usize {
+    ((budget.batch / brick_bytes) as usize).clamp(MIN_BATCH, MAX_BATCH)
 }
 
 impl Band<'_> {
@@ -254,7 +254,7 @@ impl Band<'_> {
             .iter()
             .filter(|tile| matches!(tile, Progress::Begun(_)))
             .count();
-        let held = bricks.len() as u64 * CellBrick::bytes(self.cells.reader.gradients)
+        let held = bricks.len() as u64 * self.cells.reader.brick_bytes()
             + (begun * Unfinished::bytes(settings) + self.tiles.len() * size_of::<Progress>())
                 as u64;
         stats.resident_bytes = stats.resident_bytes.max(self.cells.kept_bytes + held);

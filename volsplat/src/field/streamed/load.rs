@@ -6,9 +6,10 @@ use glam::DAffine3;
 use resample_volume::volume::{VoxelType, Voxels, scalar, with_voxels};
 
 use crate::Error;
-use crate::bricks::cells::{CellBrick, Gradients, ShownCells, TABLE_LEN};
+use crate::bricks::cells::{CellBrick, ShownCells, TABLE_LEN, WithGradients};
 use crate::bricks::fill::{FieldPlan, PlannedChannel, Shown};
 use crate::bricks::rescale::Narrowing;
+use crate::bricks::scalars::Scalars;
 use crate::bricks::support::Support;
 use crate::field::streamed::index::IndexedBrick;
 use crate::large::VoxelSource;
@@ -20,7 +21,7 @@ pub(super) struct RowReader {
     pub(super) stored: Arc<dyn VoxelSource>,
     /// The visible scalars.
     pub(super) support: Support,
-    pub(super) gradients: Gradients,
+    pub(super) gradients: WithGradients,
     pub(super) world_from_index: DAffine3,
     /// From the scalars of the file to those that are drawn.
     pub(super) narrowing: Narrowing,
@@ -43,6 +44,11 @@ pub(super) struct RowRead {
 }
 
 impl RowReader {
+    /// Bytes of memory of a brick.
+    pub(super) fn brick_bytes(&self) -> u64 {
+        CellBrick::bytes(self.stored.voxel_type(), self.gradients)
+    }
+
     /// Reads what the bricks `columns` of a row need, and makes them.
     pub(super) fn read(&self, [layer, row]: [usize; 2], columns: &[u16]) -> Result<RowRead, Error> {
         let (Some(&first), Some(&last)) = (columns.first(), columns.last()) else {
@@ -52,7 +58,7 @@ impl RowReader {
             });
         };
         // Central differences look at one voxel more.
-        let margin = usize::from(self.gradients == Gradients::With);
+        let margin = usize::from(self.gradients == WithGradients::Yes);
         let rows = Rows {
             layer,
             rows: row..row + 1,
@@ -91,11 +97,7 @@ impl RowReader {
 impl Packed {
     /// Packs the scalars of bricks that came from voxels of this type, which gives them back unchanged.
     pub(super) fn new(voxel_type: VoxelType, bricks: &[CellBrick]) -> Self {
-        let scalars = || {
-            bricks
-                .iter()
-                .flat_map(|brick| brick.scalars.iter().copied())
-        };
+        let scalars = || bricks.iter().flat_map(|brick| brick.scalars.numbers());
         let values = match voxel_type {
             VoxelType::U8 => Voxels::U8(scalars().map(|v| v as u8).collect()),
             VoxelType::I8 => Voxels::I8(scalars().map(|v| v as i8).collect()),
@@ -121,9 +123,8 @@ impl Packed {
         let bounds = brick.bounds(at);
         CellBrick {
             shown: ShownCells::between(&bounds),
-            faces: None,
             bounds,
-            scalars,
+            scalars: Scalars::Numbers(scalars),
             gradients: None,
             range: self.ranges[place],
             more: Vec::new(),

@@ -12,7 +12,7 @@ use resample_volume::Watch;
 use resample_volume::volume::Described;
 
 use crate::Error;
-use crate::bricks::cells::{CellBrick, CellField, Gradients};
+use crate::bricks::cells::{CellBrick, CellField, WithGradients};
 use crate::bricks::plan::{gradients, support};
 use crate::grid::bounds::Bounds;
 use crate::large::LargeVolume;
@@ -96,7 +96,7 @@ impl LargeCells {
         let meets = |range: &[f32; 2]| reader.support.meets(range[0], range[1]);
         let seen: Vec<bool> = volume.survey().bricks.par_iter().map(meets).collect();
         let count = seen.iter().filter(|seen| **seen).count() as u64;
-        let bytes = count * CellBrick::bytes(reader.gradients);
+        let bytes = count * reader.brick_bytes();
         let keep = if bytes <= budget.total / 2 {
             Keep::Whole
         } else {
@@ -244,7 +244,7 @@ impl Finder<'_> {
             .collect();
         let (packed, whole) = match keep {
             Some(Keep::Whole) => (None, kept),
-            Some(Keep::Packed) if self.reader.gradients == Gradients::Without => {
+            Some(Keep::Packed) if self.reader.gradients == WithGradients::No => {
                 (Some(Packed::new(stored.voxel_type(), &kept)), Vec::new())
             }
             _ => (None, Vec::new()),

@@ -4,12 +4,14 @@
 //! trilinear mix of them is the field. Source: the trilinear kernel, gathered. Limits: a brick's own cells only.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x8, i32x8, mask32x8};
+use fearless_simd::{f32x8, i32x8, mask32x8, u32x8};
 use glam::DVec3;
 
 use crate::bricks::cells::{
-    CELL_CORNERS, CELL_SIDE, CellBrick, GradientTable, LAST_CELL, TABLE_LEN, VERTEX_SIDE,
+    CELL_CORNERS, CELL_ROWS, CELL_SIDE, CELLS, CellBrick, FaceBytes, LAST_CELL, TABLE_LEN, Table,
+    VERTEX_SIDE,
 };
+use crate::bricks::scalars::Scalars;
 use crate::slabs::settings::Anchor;
 use crate::slabs::view::{HalfRow, LANES, PlaneView};
 
@@ -168,19 +170,15 @@ pub(crate) fn places_of<S: Simd>(simd: S, cell: [f32x8<S>; 3]) -> [i32; LANES] {
     places.to_int::<i32x8<S>>().to_array()
 }
 
-/// The trilinear mix of a table's values at the corners of each lane's cell.
+/// The trilinear mix of the scalars at the corners of each lane's cell.
 #[inline(always)]
 pub(crate) fn interpolated<S: Simd>(
     simd: S,
-    table: &[f32; TABLE_LEN],
+    scalars: &Scalars,
     places: &[i32; LANES],
     share: [f32x8<S>; 3],
 ) -> f32x8<S> {
-    let corners = corners(table, places);
-    let load = |k: usize| f32x8::from_slice(simd, &corners[k]);
-    let x: [f32x8<S>; 4] = std::array::from_fn(|k| mix(load(2 * k), load(2 * k + 1), share[0]));
-    let y = [mix(x[0], x[1], share[1]), mix(x[2], x[3], share[1])];
-    mix(y[0], y[1], share[2])
+    Corners::new(simd, scalars, places).interpolated(share)
 }
 
 /// The values at the corners of each lane's cell, x fastest.
@@ -190,11 +188,40 @@ pub(crate) struct Corners<S: Simd> {
 
 impl<S: Simd> Corners<S> {
     #[inline(always)]
-    pub(crate) fn new(simd: S, table: &[f32; TABLE_LEN], places: &[i32; LANES]) -> Self {
+    pub(crate) fn new(simd: S, scalars: &Scalars, places: &[i32; LANES]) -> Self {
+        match scalars {
+            Scalars::Numbers(table) => Self::of_numbers(simd, table, places),
+            Scalars::Bytes(faces) => Self::of_bytes(simd, faces, places),
+        }
+    }
+
+    #[inline(always)]
+    fn of_numbers(simd: S, table: &Table, places: &[i32; LANES]) -> Self {
         let corners = corners(table, places);
         let mut values = [f32x8::splat(simd, 0.0); 8];
         for (value, corner) in values.iter_mut().zip(&corners) {
             *value = f32x8::from_slice(simd, corner);
+        }
+        Self { values }
+    }
+
+    #[inline(always)]
+    fn of_bytes(simd: S, faces: &FaceBytes, places: &[i32; LANES]) -> Self {
+        let cells = cells_of(simd, places);
+        let (mut front, mut back) = ([0u32; LANES], [0u32; LANES]);
+        for lane in 0..LANES {
+            let cell = cells[lane] as usize % CELLS;
+            front[lane] = faces[cell];
+            back[lane] = faces[cell + CELL_ROWS];
+        }
+        let faces = [
+            u32x8::from_slice(simd, &front),
+            u32x8::from_slice(simd, &back),
+        ];
+        let mut values = [f32x8::splat(simd, 0.0); 8];
+        for (k, value) in values.iter_mut().enumerate() {
+            let byte = faces[k / 4] >> (8 * (k % 4) as u32) & u32x8::splat(simd, 0xff);
+            *value = byte.bitcast::<i32x8<S>>().to_float();
         }
         Self { values }
     }
@@ -247,54 +274,10 @@ fn mix<S: Simd>(a: f32x8<S>, b: f32x8<S>, t: f32x8<S>) -> f32x8<S> {
     (b - a).mul_add(t, a)
 }
 
-/// The trilinear mix of the vectors at the corners of the cells of those lanes whose weight is above 0; 0 in the others.
-/// Lane by lane, a vector at a time: eight loads instead of twenty-four gathers, and none for what is not seen.
-#[inline(always)]
-pub(crate) fn interpolated_gradient<S: Simd>(
-    simd: S,
-    table: &GradientTable,
-    located: &Located<S>,
-    weight: f32x8<S>,
-) -> [f32x8<S>; 3] {
-    let weights = weight.to_array();
-    let shares = [
-        located.share[0].to_array(),
-        located.share[1].to_array(),
-        located.share[2].to_array(),
-    ];
-    let mut lanes = [[0.0; LANES]; 3];
-    for lane in 0..LANES {
-        if !(weights[lane] > 0.0) {
-            continue;
-        }
-        let place = (located.places[lane] as usize).min(LAST_CELL);
-        // Written out: closures over an array of vectors are left as calls here, and cost a third of a lit frame.
-        let edge = |k: usize, t: f32x4<S>| {
-            let first = f32x4::from_slice(simd, &table[place + CELL_CORNERS[k]]);
-            let second = f32x4::from_slice(simd, &table[place + CELL_CORNERS[k + 1]]);
-            (second - first).mul_add(t, first)
-        };
-        let [x, y, z] = [shares[0][lane], shares[1][lane], shares[2][lane]];
-        let (x, y, z) = (
-            f32x4::splat(simd, x),
-            f32x4::splat(simd, y),
-            f32x4::splat(simd, z),
-        );
-        let (near, far) = (edge(0, x), edge(2, x));
-        let front = (far - near).mul_add(y, near);
-        let (near, far) = (edge(4, x), edge(6, x));
-        let back = (far - near).mul_add(y, near);
-        let vector = (back - front).mul_add(z, front).to_array();
-        (lanes[0][lane], lanes[1][lane], lanes[2][lane]) = (vector[0], vector[1], vector[2]);
-    }
-    let load = |axis: usize| f32x8::from_slice(simd, &lanes[axis]);
-    [load(0), load(1), load(2)]
-}
-
 /// The values at the eight corners of each lane's cell, corner by corner, x fastest. A plain loop over the lanes: it
 /// becomes vector code where the CPU has what it takes.
 #[inline(always)]
-fn corners(table: &[f32; TABLE_LEN], places: &[i32; LANES]) -> [[f32; LANES]; 8] {
+fn corners(table: &Table, places: &[i32; LANES]) -> [[f32; LANES]; 8] {
     let mut corners = [[0.0; LANES]; 8];
     for lane in 0..LANES {
         let place = (places[lane] as usize).min(LAST_CELL);
@@ -303,6 +286,20 @@ fn corners(table: &[f32; TABLE_LEN], places: &[i32; LANES]) -> [[f32; LANES]; 8]
         }
     }
     corners
+}
+
+/// The numbers of cells, of the places of their first vertices: as [`cell_of`](crate::bricks::scalars::cell_of).
+#[inline(always)]
+fn cells_of<S: Simd>(simd: S, places: &[i32; LANES]) -> [i32; LANES] {
+    const ROW: f32 = VERTEX_SIDE as f32;
+    let constant = |v: f32| f32x8::splat(simd, v);
+    let place: f32x8<S> = i32x8::from_slice(simd, places).to_float();
+    // Half a place on, no quotient of places below 729 is rounded over a whole number.
+    let middle = place + constant(0.5);
+    let row = (middle * constant(1.0 / ROW)).floor();
+    let layer = (middle * constant(1.0 / (ROW * ROW))).floor();
+    let cell = place - layer.mul_add(constant(CELL_SIDE as f32), row);
+    cell.to_int::<i32x8<S>>().to_array()
 }
 
 /// The places of the voxels that are nearest to samples.
@@ -324,14 +321,10 @@ pub(crate) fn nearest_places<S: Simd>(simd: S, located: &Located<S>) -> [i32; LA
 
 /// The values of the nearest voxels.
 #[inline(always)]
-pub(crate) fn nearest<S: Simd>(
-    simd: S,
-    table: &[f32; TABLE_LEN],
-    located: &Located<S>,
-) -> f32x8<S> {
+pub(crate) fn nearest<S: Simd>(simd: S, scalars: &Scalars, located: &Located<S>) -> f32x8<S> {
     let mut values = [0.0f32; LANES];
     for (value, place) in values.iter_mut().zip(nearest_places(simd, located)) {
-        *value = table[(place as usize).min(TABLE_LEN - 1)];
+        *value = scalars.at((place as usize).min(TABLE_LEN - 1));
     }
     f32x8::from_slice(simd, &values)
 }

@@ -4,7 +4,8 @@ use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 
 use crate::field::setup::tile_context::Job;
-use crate::field::walk::cell_sample::{Located, interpolated_gradient};
+use crate::field::walk::cell_sample::Located;
+use crate::field::walk::gradient::interpolated_gradient;
 use crate::light::Lit;
 
 /// Lights the samples whose weight is above 0; `None` where nothing is shaded.
@@ -19,6 +20,7 @@ pub(crate) fn lit<S: Simd>(
         job.settings.sheets.shade.as_ref()?,
         job.placed.brick.gradients.as_ref()?,
     );
+    let gradients = (gradients, &job.settings.from_differences);
     let gradient = interpolated_gradient(simd, gradients, located, weight);
     Some(shade.light(simd, gradient, job.view.rays(simd, located.at)))
 }

@@ -10,10 +10,9 @@ use resample_core::composite::{DepthRule, opacity};
 use resample_core::tile::TILE_PX;
 
 use crate::field::setup::tile_context::Job;
-use crate::field::walk::cell_sample::{
-    Corners, Located, interpolated, interpolated_gradient, nearest,
-};
+use crate::field::walk::cell_sample::{Corners, Located, interpolated, nearest};
 use crate::field::walk::gather::{GatherScratch, SampleRule, set_lanes};
+use crate::field::walk::gradient::interpolated_gradient;
 use crate::light::Lit;
 use crate::slabs::channel::{ChannelSettings, Reading, Role, weights_of_tints};
 use crate::slabs::view::{LANES, PlaneView};
@@ -147,6 +146,7 @@ fn add_channel<S: Simd>(simd: S, job: &Job, number: usize, located: &Located<S>,
         highlight: zero,
     };
     if let Some(gradients) = cells.gradients {
+        let gradients = (gradients, &job.settings.from_differences);
         let gradient = interpolated_gradient(simd, gradients, located, strength);
         if let (Some(ramp), Reading::Trilinear) =
             (job.settings.sheets.gradient_ramp, channel.reading)

@@ -9,9 +9,11 @@ use fearless_simd::{f32x8, f32x16, i32x16, mask32x8, mask32x16, u32x16};
 use resample_core::composite::{DepthRule, opacity};
 
 use crate::bricks::cells::{CELL_CORNERS, CELL_ROWS, CELLS, CellBrick, LAST_CELL};
+use crate::bricks::scalars::Scalars;
 use crate::field::setup::tile_context::Job;
-use crate::field::walk::cell_sample::{Located, interpolated_gradient};
+use crate::field::walk::cell_sample::Located;
 use crate::field::walk::gather::GatherScratch;
+use crate::field::walk::gradient::interpolated_gradient;
 use crate::field::walk::segment_list::{LANE_NUMBERS, PAIR_LANES, Segment, SegmentList};
 use crate::light::Lit;
 use crate::slabs::integrals::{Prefix, TransferIntegrals};
@@ -94,28 +96,31 @@ fn corners<S: Simd>(
     first: usize,
 ) -> PairCorners<S> {
     let mut values = [f32x16::splat(simd, 0.0); 8];
-    if let Some(faces) = brick.faces.as_deref() {
-        let (mut front, mut back) = ([0; PAIR_LANES], [0; PAIR_LANES]);
-        for lane in 0..PAIR_LANES {
-            let cell = list.cell(first + lane) % CELLS;
-            front[lane] = faces[cell];
-            back[lane] = faces[cell + CELL_ROWS];
+    let table = match &brick.scalars {
+        Scalars::Numbers(table) => table,
+        Scalars::Bytes(faces) => {
+            let (mut front, mut back) = ([0; PAIR_LANES], [0; PAIR_LANES]);
+            for lane in 0..PAIR_LANES {
+                let cell = list.cell(first + lane) % CELLS;
+                front[lane] = faces[cell];
+                back[lane] = faces[cell + CELL_ROWS];
+            }
+            let faces = [
+                u32x16::from_slice(simd, &front),
+                u32x16::from_slice(simd, &back),
+            ];
+            for (k, value) in values.iter_mut().enumerate() {
+                let byte = faces[k / 4] >> (8 * (k % 4) as u32) & u32x16::splat(simd, 0xff);
+                *value = byte.bitcast::<i32x16<S>>().to_float();
+            }
+            return PairCorners { values };
         }
-        let faces = [
-            u32x16::from_slice(simd, &front),
-            u32x16::from_slice(simd, &back),
-        ];
-        for (k, value) in values.iter_mut().enumerate() {
-            let byte = faces[k / 4] >> (8 * (k % 4) as u32) & u32x16::splat(simd, 0xff);
-            *value = byte.bitcast::<i32x16<S>>().to_float();
-        }
-        return PairCorners { values };
-    }
+    };
     let mut corners = [[0.0; PAIR_LANES]; 8];
     for lane in 0..PAIR_LANES {
         let place = (list.vertex(first + lane) as usize).min(LAST_CELL);
         for (corner, offset) in corners.iter_mut().zip(CELL_CORNERS) {
-            corner[lane] = brick.scalars[place + offset];
+            corner[lane] = table[place + offset];
         }
     }
     for (value, corner) in values.iter_mut().zip(&corners) {
@@ -325,6 +330,7 @@ fn light<S: Simd>(
     let weight = shown
         .shows
         .select(f32x8::splat(simd, 1.0), f32x8::splat(simd, 0.0));
+    let gradients = (gradients, &job.settings.from_differences);
     let gradient = interpolated_gradient(simd, gradients, &located, weight);
     Some(shade.light(
         simd,

@@ -18,7 +18,7 @@ use super::kernel_field::kernel_samples;
 use super::kernel_project::{KernelChunk, KernelProjection, SheetFrame};
 use super::kernel_tile::KernelSettings;
 use crate::Error;
-use crate::bricks::cells::Gradients;
+use crate::bricks::cells::WithGradients;
 use crate::bricks::cull::ViewVolume;
 use crate::bricks::plan::{check_dims, gradients};
 use crate::bricks::visible::visible_bricks;
@@ -95,7 +95,7 @@ impl KernelSheets {
             }
             (Classify::Pre, _) => Samples::classify(volume, transfer, options.opacity),
         };
-        if gradients(options) == Gradients::With {
+        if gradients(options) == WithGradients::Yes {
             // Of the coefficients, where there are some.
             match &solved {
                 Some(solved) => {

@@ -2,7 +2,7 @@
 //!
 //! Takes the scalars at the corners of a cell and the tables of the channels.
 
-use crate::bricks::cells::{CELL_CORNERS, CellBrick};
+use crate::bricks::cells::CellBrick;
 use crate::slabs::channel::{ChannelSettings, Reading, Role, weights_of_tints};
 
 /// Places along a cell's side at which the field is asked, in the middles of as many equal parts.
@@ -25,10 +25,7 @@ pub(crate) fn multiply_tints(
     if !channels.iter().any(is_tint) {
         return;
     }
-    let corners = |number: usize| {
-        let scalars = cells.channel(number).scalars;
-        CELL_CORNERS.map(|offset| scalars[first + offset])
-    };
+    let corners = |number: usize| cells.channel(number).scalars.corners(first);
     let weights = weights_of_tints(channels).map_or([1.0; 8], |(number, least)| {
         corners(number).map(|value| (value - least).max(0.0))
     });

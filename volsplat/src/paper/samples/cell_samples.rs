@@ -13,7 +13,7 @@ use resample_core::OpacityMode;
 
 use crate::Error;
 use crate::bricks::cells::{
-    CELL_CORNERS, CELL_SIDE, CellBrick, Gradients, VERTEX_SIDE, cell_range,
+    CELL_CORNERS, CELL_SIDE, CellBrick, VERTEX_SIDE, WithGradients, cell_range,
 };
 use crate::bricks::fill::FieldPlan;
 use crate::bricks::plan::plan;
@@ -57,7 +57,7 @@ pub(crate) fn cell_samples(
     let channels = channels(scene, options)?;
     // Samples have gradients of their own.
     let plan = FieldPlan {
-        gradients: Gradients::Without,
+        gradients: WithGradients::No,
         ..plan(scene, options)?
     };
     let volume = scene.grid();
@@ -235,7 +235,7 @@ impl Sampler<'_> {
         {
             let scalars = cells.channel(number).scalars;
             if planned.shown.meets(cell_range(scalars, first)) {
-                let corners = CELL_CORNERS.map(|offset| scalars[first + offset]);
+                let corners = scalars.corners(first);
                 add_points(channel, corners, &mut points);
                 any = true;
             }

@@ -7,7 +7,7 @@ use glam::DVec3;
 use resample_volume::volume::Volume;
 
 use crate::Error;
-use crate::bricks::cells::Gradients;
+use crate::bricks::cells::WithGradients;
 use crate::bricks::plan::gradients;
 use crate::grid::bounds::Bounds;
 use crate::look::clip::{Clip, GridClip, bounds_in_world};
@@ -47,7 +47,7 @@ pub(crate) fn layers(
         Cells::Mean => cell_samples(scene, options, Parts::Whole)?,
         Cells::Off | Cells::Auto => vec![Samples::of_scene(scene, options.opacity)],
     };
-    if gradients(options) == Gradients::With {
+    if gradients(options) == WithGradients::Yes {
         let volume = lit_volume(scene)?;
         lattices
             .iter_mut()

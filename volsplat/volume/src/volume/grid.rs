@@ -8,14 +8,16 @@ pub struct Grid<'a, T> {
     pub dims: [usize; 3],
 }
 
-impl<T: Copy + Into<f64>> Grid<'_, T> {
+impl<T> Grid<'_, T> {
     /// `count` voxels along x, from this one on; all of them must be in the volume.
     #[inline(always)]
     pub fn row(&self, [x, y, z]: [usize; 3], count: usize) -> &[T] {
         let start = x + self.dims[0] * (y + self.dims[1] * z);
         &self.voxels[start..start + count]
     }
+}
 
+impl<T: Copy + Into<f64>> Grid<'_, T> {
     /// The scalar of a voxel; beyond the volume, that of the nearest one.
     pub fn at(&self, index: [isize; 3]) -> f32 {
         self.stored(index) as f32

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::volume::{Volume, Voxels, scalar, with_voxels};
+use crate::volume::{Volume, VoxelType, Voxels, scalar, with_voxels};
 
 /// Counts of the scalars of a volume in equal bins.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,8 +36,17 @@ const BRIGHTEST_SHARE: f64 = 0.002;
 const MAX_ZOOMS: usize = 200;
 
 impl Histogram {
-    /// The histogram of a volume; a few passes over its voxels.
+    /// The histogram of a volume; a few passes over its voxels, or one where they are of a type of few values.
     pub fn of_volume(volume: &Volume) -> Self {
+        if let Some(mut tally) = Tally::of_type(VoxelType::of(&volume.voxels)) {
+            tally.add(&volume.voxels);
+            return tally.histogram();
+        }
+        Self::of_voxels(volume)
+    }
+
+    /// The same by passes over the voxels, of any type.
+    pub(crate) fn of_voxels(volume: &Volume) -> Self {
         let is_integer = !matches!(volume.voxels, Voxels::F32(_) | Voxels::F64(_));
         let Ok(histogram) = Self::refined::<Infallible>(
             volume.value_range(),
