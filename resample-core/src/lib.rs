@@ -32,6 +32,7 @@ pub mod simd;
 pub mod clock;
 pub mod stop;
 pub mod scratch;
+mod reuse;
 pub mod error;
 
 pub use camera::framing::Framing;
@@ -46,4 +47,5 @@ pub use kernels::footprint::FootprintMode;
 pub use kernels::kernel::{Kernel, KernelShape};
 pub use kernels::select::SelectMode;
 pub use kernels::{conic, footprint, index_table, kernel, point, section, select, table};
+pub use reuse::Reuse;
 pub use stop::Stop;

@@ -96,7 +96,7 @@ fn print_row(name: &str, volume: &Volume) {
     ];
     let mut change = |scenes: [(&Scene, &RenderOptions); 2]| {
         let mut to = |(scene, options): (&Scene, &RenderOptions)| {
-            kept.change(scene, options).expect("valid options");
+            kept.update_scene(scene, options).expect("valid options");
         };
         median(|| {
             to(scenes[0]);
@@ -108,7 +108,7 @@ fn print_row(name: &str, volume: &Volume) {
     cells.push(change([(&more, &plain), before]));
     cells.push(median(|| {
         let mut new = keep();
-        timed(|| new.change(&more, &lit).expect("valid options"))
+        timed(|| new.update_scene(&more, &lit).expect("valid options"))
     }));
     cells.push({
         change([before, (&more, &lit)]);

@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
 use resample_core::tile::TileLists;
-use resample_core::{Camera, Image};
+use resample_core::{Camera, Image, Reuse};
 
 use crate::options::RenderOptions;
 use crate::prepare::Prepared;
@@ -53,12 +53,11 @@ impl Renderer {
         })
     }
 
-    /// Draws with `options` from now on, if what was prepared serves them too: true. False, and nothing changes, where
-    /// they ask for another preparation, that is, for another renderer.
+    /// Draws with `options` from now on, if the preparation serves them; else nothing changes, and a new renderer is needed.
     ///
     /// # Errors
     /// [`Error::Option`] if an option is outside its range.
-    pub fn adopt(&mut self, options: &RenderOptions) -> Result<bool, Error> {
+    pub fn update(&mut self, options: &RenderOptions) -> Result<Reuse, Error> {
         options.validate()?;
         // The preparation depends on the shading alone; an option that is not named here counts as a part of it.
         let own = self.options.clone();
@@ -69,11 +68,11 @@ impl Renderer {
             ..options.clone()
         };
         if alike != own {
-            return Ok(false);
+            return Ok(Reuse::NeedsRenderer);
         }
         self.filter = PixelFilter::new(options.subpixels as usize);
         self.options = options.clone();
-        Ok(true)
+        Ok(Reuse::Kept)
     }
 
     /// The box, in the world, of the vertices that triangles use; `None` without triangles.

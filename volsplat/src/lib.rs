@@ -27,9 +27,9 @@
 //! # }
 //! ```
 //!
-//! Options, transfer functions and clips change between pictures ([`Renderer::set_options`] and the others), without
+//! Options, transfer functions and clips change between pictures ([`Renderer::update`] and the others), without
 //! another preparation where that is possible. For a program in which a person turns the knobs, a renderer keeps all of the
-//! volume ([`Renderer::for_changes`]) and takes every change quickly ([`Renderer::change`]).
+//! volume ([`Renderer::for_changes`]) and takes every change quickly ([`Renderer::update_scene`]).
 
 // In the order in which data flow.
 mod look;
@@ -42,7 +42,6 @@ mod picture;
 mod field;
 mod paper;
 pub mod render;
-mod reuse;
 pub mod stats;
 
 pub use field::Layer;
@@ -57,6 +56,7 @@ pub use look::transfer::{ColourEncoding, ColourMap, TransferFunction};
 pub use look::{clip, options, scene, transfer};
 pub use paper::samples::sample::Samples;
 pub use render::{Frame, Renderer};
+pub use resample_core::Reuse;
 pub use resample_core::clock::StageTime;
 pub use resample_volume::{
     Described, Endian, Error, Histogram, LabelLook, LabelTable, Lattice, Modality, NanPolicy,
@@ -64,5 +64,4 @@ pub use resample_volume::{
 };
 #[cfg(feature = "input")]
 pub use resample_volume::{LoadOptions, RawOptions, input, load};
-pub use reuse::Reuse;
 pub use stats::{FrameStats, StageTimes};

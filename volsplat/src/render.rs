@@ -22,9 +22,9 @@ use crate::look::transfer::TransferFunction;
 use crate::paper::{EverySample, KernelSheets, Painting};
 use crate::picture::assemble::picture;
 use crate::picture::tiles::TileSlot;
-use crate::reuse::Reuse;
 use crate::stats::FrameStats;
 use crate::{Error, Volume};
+use resample_core::Reuse;
 
 /// Renders one prepared volume, frame after frame.
 #[derive(Clone, Debug)]
@@ -74,7 +74,7 @@ impl Renderer {
         Self::keeping(scene, options, Kept::Shown)
     }
 
-    /// As [`Renderer::with_scene`], and keeps all of the volumes, so that [`Renderer::change`] is quick whatever is shown
+    /// As [`Renderer::with_scene`], and keeps all of the volumes, so that [`Renderer::update_scene`] is quick whatever is shown
     /// next: for a program in which a person turns the knobs. It takes more memory: of the field of scalars 5 bytes a
     /// voxel of 8 bits, 6 of others, and 6 or 23 more where light or the gradient's opacity have been asked for.
     pub fn for_changes(scene: &Scene, options: &RenderOptions) -> Result<Self, Error> {
@@ -100,13 +100,13 @@ impl Renderer {
     /// prepared anew. [`Renderer::non_transparent`] stays that of the last preparation.
     ///
     /// [`Error::Option`] as in [`Renderer::with_scene`]; nothing has changed then.
-    pub fn change(&mut self, scene: &Scene, options: &RenderOptions) -> Result<(), Error> {
+    pub fn update_scene(&mut self, scene: &Scene, options: &RenderOptions) -> Result<(), Error> {
         options.validate()?;
         scene.validate()?;
         let narrowed = Narrowed::new(scene, options)?;
         let drawn = self.narrowing.options(options);
         let reuse = match &mut self.pipeline {
-            Pipeline::Field(p) => p.change(&narrowed.scene(scene), &drawn)?,
+            Pipeline::Field(p) => p.update_scene(&narrowed.scene(scene), &drawn)?,
             Pipeline::Samples(_) | Pipeline::Sheets(_) => Reuse::NeedsRenderer,
         };
         if reuse == Reuse::NeedsRenderer {
@@ -199,16 +199,16 @@ impl Renderer {
     }
 
     /// Changes the kept part of the volume, for the frames that follow. [`Error::Option`] as in [`Renderer::new`].
-    pub fn set_clip(&mut self, clip: Clip) -> Result<(), Error> {
+    pub fn update_clip(&mut self, clip: Clip) -> Result<(), Error> {
         let options = RenderOptions {
             clip,
             ..self.options.clone()
         };
         options.validate()?;
         match &mut self.pipeline {
-            Pipeline::Samples(p) => p.set_clip(&options.clip),
-            Pipeline::Sheets(p) => p.set_clip(&options.clip),
-            Pipeline::Field(p) => p.set_clip(&options.clip),
+            Pipeline::Samples(p) => p.update_clip(&options.clip),
+            Pipeline::Sheets(p) => p.update_clip(&options.clip),
+            Pipeline::Field(p) => p.update_clip(&options.clip),
         }
         self.bounds_in_world = self.pipeline.bounds_in_world();
         self.options = options;
@@ -219,28 +219,28 @@ impl Renderer {
     /// shows: the field of one channel of scalars, prepared with a function that shows as much. One prepared
     /// with a mean of several functions ([`TransferFunction::mixed`]) takes each of them. Counts and
     /// [`Renderer::visible_bounds_in_world`] stay those of the function that it was prepared with.
-    pub fn set_transfer(&mut self, transfer: &TransferFunction) -> Reuse {
+    pub fn update_transfer(&mut self, transfer: &TransferFunction) -> Reuse {
         match &mut self.pipeline {
             Pipeline::Samples(_) | Pipeline::Sheets(_) => Reuse::NeedsRenderer,
-            Pipeline::Field(p) => p.set_transfer(&self.narrowing.transfer(transfer)),
+            Pipeline::Field(p) => p.update_transfer(&self.narrowing.transfer(transfer)),
         }
     }
 
     /// Draws with `options` from now on, if what was prepared serves them too. Else nothing changes.
     /// [`Error::Option`] as in [`Renderer::new`].
-    pub fn set_options(&mut self, options: &RenderOptions) -> Result<Reuse, Error> {
+    pub fn update(&mut self, options: &RenderOptions) -> Result<Reuse, Error> {
         options.validate()?;
         if !self.options.prepares_like(options) {
             return Ok(Reuse::NeedsRenderer);
         }
         let drawn = self.narrowing.options(options);
         match &mut self.pipeline {
-            Pipeline::Samples(p) => p.set_options(&drawn),
-            Pipeline::Sheets(p) => p.set_options(&drawn),
-            Pipeline::Field(p) => p.set_options(&drawn),
+            Pipeline::Samples(p) => p.update(&drawn),
+            Pipeline::Sheets(p) => p.update(&drawn),
+            Pipeline::Field(p) => p.update(&drawn),
         }
         self.options = options.clone();
-        Ok(Reuse::Done)
+        Ok(Reuse::Kept)
     }
 
     /// Planes beside the colour of the picture that this camera sees, in the order of the list; a pass of its own.

@@ -54,8 +54,8 @@ pub use options::{
     Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceOptions, SurfaceTolerance, Visibility,
     WarpOptions,
 };
-pub use resample_core::Error;
 pub use resample_core::clock::StageTime;
+pub use resample_core::{Error, Reuse};
 pub use stats::{FrameStats, StageTimes};
 pub use view::reference::{self, Reference};
 pub use view::{panorama, warp};

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
-use resample_core::{Camera, Image, Plane};
+use resample_core::{Camera, Image, Plane, Reuse};
 
 use crate::fill::blend::blend;
 use crate::fill::extrapolate::View;
@@ -98,20 +98,19 @@ impl Warper {
         })
     }
 
-    /// Warps with `options` from now on, if what was prepared serves them too: true. False, and nothing changes, where
-    /// they ask for another preparation, that is, for another warper.
+    /// Warps with `options` from now on, if the preparation serves them; else nothing changes, and a new warper is needed.
     ///
     /// # Errors
     /// An option that is outside its range.
-    pub fn adopt(&mut self, options: &WarpOptions) -> Result<bool, Error> {
+    pub fn update(&mut self, options: &WarpOptions) -> Result<Reuse, Error> {
         options.validate()?;
         // The preparation depends on the method and on its surfaces; every other option is read anew for each frame.
         let own = &self.options;
         if !own.method.prepares_as(&options.method) || own.simd != options.simd {
-            return Ok(false);
+            return Ok(Reuse::NeedsRenderer);
         }
         self.options = options.clone();
-        Ok(true)
+        Ok(Reuse::Kept)
     }
 
     /// The references as they were given. The warper keeps them in another form, so that each call makes them anew.

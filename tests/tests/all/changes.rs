@@ -114,7 +114,7 @@ fn hold<'a>(
     let mut drawn = Vec::new();
     for (name, transfer, options) in others {
         let scene = scene(transfer);
-        kept.change(&scene, options).expect("valid options");
+        kept.update_scene(&scene, options).expect("valid options");
         let mut new = Renderer::with_scene(&scene, options).expect("valid options");
         assert_eq!(
             kept.visible_bounds_in_world(),
@@ -183,7 +183,10 @@ fn a_change_that_is_refused_changes_nothing() {
     let mut kept = Renderer::for_changes(&scene, &RenderOptions::default()).expect("valid options");
     let before = kept.render(&camera).expect("a picture").image;
     let refused = with_field(RenderOptions::default(), |field| field.slab_voxels = -1.0);
-    assert!(kept.change(&scene, &refused).is_err(), "a slab of no size");
+    assert!(
+        kept.update_scene(&scene, &refused).is_err(),
+        "a slab of no size"
+    );
     assert!(
         kept.render(&camera).expect("a picture").image == before,
         "the same picture"

@@ -204,7 +204,7 @@ fn bricks_outside_are_not_touched_and_framing_follows() {
         crop_in_grid: Some([DVec3::splat(-1.0), DVec3::new(15.5, 20.0, 7.5)]),
         ..Clip::default()
     };
-    renderer.set_clip(clip).expect("a valid clip");
+    renderer.update_clip(clip).expect("a valid clip");
     let part = renderer.render(&camera).expect("a valid camera").stats;
     assert_eq!(
         (whole.bricks, part.bricks),
@@ -227,7 +227,7 @@ fn bricks_outside_are_not_touched_and_framing_follows() {
         offset: 1e12,
     };
     renderer
-        .set_clip(Clip {
+        .update_clip(Clip {
             planes: vec![away],
             ..Clip::default()
         })

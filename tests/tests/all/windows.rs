@@ -119,8 +119,8 @@ fn a_volume_renderer_that_takes_options_draws_as_a_new_one() {
         },
     ] {
         assert_eq!(
-            kept.set_options(&options).expect("good options"),
-            Reuse::Done,
+            kept.update(&options).expect("good options"),
+            Reuse::Kept,
             "{options:?} asks for no other preparation"
         );
         let mut new = Renderer::new(&volume, &transfer, &options).expect("a renderer");
@@ -131,13 +131,13 @@ fn a_volume_renderer_that_takes_options_draws_as_a_new_one() {
         assert_eq!(a.image, b.image, "{options:?}");
     }
     assert_eq!(
-        kept.set_options(&RenderOptions::every_sample())
+        kept.update(&RenderOptions::every_sample())
             .expect("good options"),
         Reuse::NeedsRenderer,
         "another pipeline"
     );
     assert!(
-        kept.set_options(&with_field(RenderOptions::default(), |field| field
+        kept.update(&with_field(RenderOptions::default(), |field| field
             .slab_voxels =
             -1.0))
             .is_err(),
@@ -166,8 +166,9 @@ fn windows_of_a_mesh_are_parts_of_its_picture() {
             subpixels: 2,
             ..texmap::RenderOptions::default()
         };
-        assert!(
-            kept.adopt(&options).expect("good options"),
+        assert_eq!(
+            kept.update(&options).expect("good options"),
+            Reuse::Kept,
             "{method:?} asks for no other preparation"
         );
         let whole = kept.render(&camera).expect("a picture").image;
@@ -177,7 +178,7 @@ fn windows_of_a_mesh_are_parts_of_its_picture() {
         assert_eq!(
             whole,
             new.expect("a picture").image,
-            "{method:?}: adopted and new"
+            "{method:?}: updated and new"
         );
         for at in PLACES {
             let window = kept

@@ -149,12 +149,12 @@ impl FieldPipeline {
             length: power_of_two(lattice.smallest_spacing()),
             middle: DVec3::from(lattice.dims.map(|n| (n / 2) as f64)),
         };
-        sheets.set_clip(&options.clip);
+        sheets.update_clip(&options.clip);
         sheets
     }
 
     /// Changes the kept part of the volume.
-    pub(crate) fn set_clip(&mut self, clip: &Clip) {
+    pub(crate) fn update_clip(&mut self, clip: &Clip) {
         self.clip = clip.in_grid(&self.world_from_index);
         let visible = bounds_in_world(self.source.bounds(), &self.clip, &DAffine3::IDENTITY);
         self.visible_middle = visible.map(|[low, high]| 0.5 * (low + high));
@@ -312,7 +312,7 @@ impl FieldPipeline {
     }
 
     /// Takes options that differ only in settings read anew for each frame.
-    pub(crate) fn set_options(&mut self, options: &RenderOptions) {
+    pub(crate) fn update(&mut self, options: &RenderOptions) {
         if let Some(field) = options.field() {
             self.choices = field.clone();
         }

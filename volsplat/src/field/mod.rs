@@ -14,8 +14,8 @@
 
 pub(crate) mod setup;
 mod driver;
-mod change;
-mod set_transfer;
+mod update_scene;
+mod update_transfer;
 mod layers;
 mod place;
 pub(crate) mod look_ahead;

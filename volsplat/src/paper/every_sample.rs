@@ -108,7 +108,7 @@ impl EverySample {
     }
 
     /// Takes options that differ only in settings read anew for each frame.
-    pub(crate) fn set_options(&mut self, options: &RenderOptions) {
+    pub(crate) fn update(&mut self, options: &RenderOptions) {
         if let Some(samples) = options.samples() {
             self.choices = samples.clone();
         }
@@ -121,9 +121,9 @@ impl EverySample {
     }
 
     /// Changes the kept part of the volume.
-    pub(crate) fn set_clip(&mut self, clip: &Clip) {
+    pub(crate) fn update_clip(&mut self, clip: &Clip) {
         for layer in &mut self.layers {
-            layer.set_clip(clip);
+            layer.update_clip(clip);
         }
         self.bounds_in_world = layers_in_world(&self.layers);
     }

@@ -89,7 +89,7 @@ impl Small {
         let share = f64::from(SMALL_PX) / f64::from(camera.width.max(camera.height));
         let side = |px: u32| ((f64::from(px) * share).round() as u32).max(1);
         let small = camera.resized(side(camera.width), side(camera.height))?;
-        let _same = renderer.set_options(&self.options)?;
+        let _same = renderer.update(&self.options)?;
         let image = renderer.render(&small)?.image;
         let greatest = image
             .rgba

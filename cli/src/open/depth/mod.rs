@@ -95,7 +95,7 @@ impl Open {
 
     /// Draws with these options from now on.
     pub(crate) fn set(&mut self, render: &Given<WarpArgs>) -> Result<()> {
-        references::change(&mut self.ready.drawer.warper, &render.options.options()?)?;
+        references::update(&mut self.ready.drawer.warper, &render.options.options()?)?;
         self.args.render = render.clone();
         Ok(())
     }

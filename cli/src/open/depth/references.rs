@@ -1,7 +1,7 @@
 //! The references of a warp, and their warper.
 
 use anyhow::Result;
-use resample_core::Camera;
+use resample_core::{Camera, Reuse};
 use warp3d::{Reference, WarpOptions, Warper};
 
 use crate::cameras::multiview;
@@ -27,8 +27,8 @@ pub(crate) fn median_depth(references: &[Reference], camera: &Camera) -> Option<
 }
 
 /// Warps with these options from now on.
-pub(crate) fn change(warper: &mut Warper, options: &WarpOptions) -> Result<()> {
-    if !warper.adopt(options)? {
+pub(crate) fn update(warper: &mut Warper, options: &WarpOptions) -> Result<()> {
+    if warper.update(options)? == Reuse::NeedsRenderer {
         *warper = Warper::new(warper.references(), options)?;
     }
     Ok(())

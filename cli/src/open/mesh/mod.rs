@@ -10,7 +10,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use glam::{DVec3, Vec3};
-use resample_core::Camera;
+use resample_core::{Camera, Reuse};
 use resample_io::Gate;
 use serde_json::{Value, json};
 use texmap::scene::Mesh;
@@ -128,7 +128,7 @@ impl Open {
     pub(crate) fn set(&mut self, render: &Given<RenderOptions>) -> Result<()> {
         let options = settings::render_options(&render.options, self.plan.finish.format)?;
         self.args.render = render.clone();
-        if !self.renderer.adopt(&options)? {
+        if self.renderer.update(&options)? == Reuse::NeedsRenderer {
             self.renderer = prepared(&self.scene, &self.args, &options)?;
         }
         Ok(())
@@ -154,12 +154,12 @@ impl Open {
     /// The point of the surface that a camera with one pixel sees, world units.
     pub(crate) fn probe(&mut self, pixel: &Camera) -> Result<Option<DVec3>> {
         let options = settings::render_options(&self.args.render.options, self.plan.finish.format)?;
-        self.renderer.adopt(&RenderOptions {
+        let _kept = self.renderer.update(&RenderOptions {
             planes: vec![PlaneKind::Depth],
             ..options.clone()
         })?;
         let frame = self.renderer.render(pixel);
-        self.renderer.adopt(&options)?;
+        let _kept = self.renderer.update(&options)?;
         Ok(picked_point::in_world(pixel, &frame?.image))
     }
 

@@ -22,6 +22,6 @@ pub(crate) fn fitted(
     }
     let small = Small::new(options);
     let cameras = cameras(&mut |camera| small.seen(renderer, camera))?;
-    let _same = renderer.set_options(options)?;
+    let _same = renderer.update(options)?;
     Ok(cameras)
 }

@@ -204,7 +204,7 @@ impl Content {
     ) -> Result<(), volsplat::Error> {
         match self {
             Self::Memory(volumes) if keeping == Keeping::Whole => {
-                renderer.change(&volumes.scene(), options)
+                renderer.update_scene(&volumes.scene(), options)
             }
             Self::Memory(_) | Self::Stored(..) => {
                 *renderer = self.renderer(options, keeping, Progress::Hidden)?;

@@ -87,13 +87,13 @@ impl VolumeMotion {
         if let Some(function) = self.transfer(number)
             && self.shown.as_ref() != Some(&function)
         {
-            if renderer.set_transfer(&function) == Reuse::NeedsRenderer {
+            if renderer.update_transfer(&function) == Reuse::NeedsRenderer {
                 content.set_function(function.clone());
                 *renderer = content.renderer(options, Keeping::Shown, Progress::Hidden)?;
             }
             self.shown = Some(function);
         }
-        renderer.set_clip(self.clip(number)?)?;
+        renderer.update_clip(self.clip(number)?)?;
         Ok(())
     }
 

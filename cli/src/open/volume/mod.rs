@@ -237,7 +237,7 @@ impl Open {
         if options == self.options {
             return Ok(());
         }
-        if self.renderer.set_options(&options)? == Reuse::NeedsRenderer {
+        if self.renderer.update(&options)? == Reuse::NeedsRenderer {
             self.renderer = self
                 .content
                 .renderer(&options, self.keeping, Progress::Hidden)?;

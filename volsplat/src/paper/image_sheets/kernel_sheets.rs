@@ -128,13 +128,13 @@ impl KernelSheets {
             visible_middle: None,
             chunks: Vec::new(),
         };
-        made.set_clip(&options.clip);
+        made.update_clip(&options.clip);
         Ok(made)
     }
 
     /// Changes the kept part of each ray and of points: scalars are known inside the volume alone, where samples that only
     /// complete the sums of splats lie around it.
-    pub(crate) fn set_clip(&mut self, clip: &Clip) {
+    pub(crate) fn update_clip(&mut self, clip: &Clip) {
         let mut clip = clip.clone();
         if self.settings.classify == Classify::Post {
             let last = DVec3::from(self.lattice.dims.map(|n| (n - 1) as f64));
@@ -148,7 +148,7 @@ impl KernelSheets {
     }
 
     /// Takes options that differ only in settings read anew for each frame.
-    pub(crate) fn set_options(&mut self, options: &RenderOptions) {
+    pub(crate) fn update(&mut self, options: &RenderOptions) {
         if let Some(samples) = options.samples() {
             self.choices = samples.clone();
         }

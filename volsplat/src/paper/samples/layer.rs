@@ -86,7 +86,7 @@ pub(crate) fn layers_in_world(layers: &[Layer]) -> Option<[DVec3; 2]> {
 
 impl Layer {
     /// Changes the kept part of the volume.
-    pub(crate) fn set_clip(&mut self, clip: &Clip) {
+    pub(crate) fn update_clip(&mut self, clip: &Clip) {
         self.clip = self.samples.clip(clip);
     }
 

@@ -11,13 +11,13 @@ use crate::bricks::plan::{plan, support};
 use crate::field::setup::prepare;
 use crate::look::options::RenderOptions;
 use crate::look::scene::Scene;
-use crate::reuse::Reuse;
 use crate::slabs::channel::{ChannelSettings, check};
+use resample_core::Reuse;
 
 impl FieldPipeline {
     /// Draws a scene of the voxels and the mask that this was prepared with, by these options.
     /// [`Error::Option`] where the scene does not suit them; nothing has changed then.
-    pub(crate) fn change(
+    pub(crate) fn update_scene(
         &mut self,
         scene: &Scene,
         options: &RenderOptions,
@@ -47,7 +47,7 @@ impl FieldPipeline {
         self.channels = channels;
         self.choices = choices.clone();
         self.options = options.clone();
-        self.set_clip(&options.clip);
-        Ok(Reuse::Done)
+        self.update_clip(&options.clip);
+        Ok(Reuse::Kept)
     }
 }

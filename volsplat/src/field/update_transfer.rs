@@ -12,12 +12,12 @@ use crate::bricks::plan::support;
 use crate::field::setup::prepare;
 use crate::look::scene::Look;
 use crate::look::transfer::TransferFunction;
-use crate::reuse::Reuse;
 use crate::slabs::channel::ChannelSettings;
+use resample_core::Reuse;
 
 impl FieldPipeline {
     /// Takes another transfer function.
-    pub(crate) fn set_transfer(&mut self, transfer: &TransferFunction) -> Reuse {
+    pub(crate) fn update_transfer(&mut self, transfer: &TransferFunction) -> Reuse {
         let Some(kept) = &self.kept else {
             return Reuse::NeedsRenderer;
         };
@@ -33,6 +33,6 @@ impl FieldPipeline {
             self.options.opacity,
         )]);
         self.iso = prepare::iso(Look::Transfer(transfer), &self.options);
-        Reuse::Done
+        Reuse::Kept
     }
 }
