@@ -77,8 +77,14 @@ const WARP3D: &[&str] = &[
 /// Heading of the options of `trade` itself.
 pub(super) const MEASUREMENT: &str = "Measurement";
 
+/// Heading of the options of the paper's methods, which the default does not use.
+pub(in crate::args) const PAPER: &str = "The paper's methods";
+
+/// Options of the paper's methods that lie among others.
+const OF_PAPER: &[&str] = &["order", "cells", "cell_error", "opacity", "visibility"];
+
 /// Options that no picture needs: they are there for comparison and measurement.
-const RESEARCH: &[&str] = &["order", "vector_level", "visibility", "mixed", "combine"];
+const RESEARCH: &[&str] = &["vector_level", "mixed", "combine"];
 
 /// As `-h` shows it for volumes.
 pub(super) fn volsplat(arg: Arg) -> Arg {
@@ -100,11 +106,15 @@ fn brief(arg: Arg, shown: &[&str]) -> Arg {
     let is_own = arg.get_help_heading() == Some(MEASUREMENT);
     let hide = !is_own && !shown.contains(&arg.get_id().as_str());
     let arg = arg.hide_short_help(hide);
-    if RESEARCH.contains(&arg.get_id().as_str()) {
-        arg.help_heading("For research")
+    let id = arg.get_id().as_str();
+    let heading = if OF_PAPER.contains(&id) {
+        PAPER
+    } else if RESEARCH.contains(&id) {
+        "For research"
     } else {
-        arg
-    }
+        return arg;
+    };
+    arg.help_heading(heading)
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use resample_core::simd::SimdLevel;
 use serde::{Deserialize, Serialize};
 use volsplat::{FieldOptions, KernelSheets, RenderOptions, SampleOptions, Shading, Subpixels};
 
+use crate::args::short_help;
 use crate::args::{BlendArgs, ClipArgs};
 use crate::values;
 
@@ -54,10 +55,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub blend: BlendArgs,
     /// The samples of the paper's orders.
-    #[command(
-        flatten,
-        next_help_heading = "For research: orders every-sample, axis-sheets, image-sheets"
-    )]
+    #[command(flatten, next_help_heading = short_help::PAPER)]
     pub samples: SampleOptions,
     /// The part of the volume that a sample stands for
     #[arg(long, value_enum, default_value_t = CellsName::Auto)]
@@ -66,7 +64,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "E", value_parser = values::fraction, default_value = "0.0625")]
     pub cell_error: f32,
     /// The sheets in which kernels are summed.
-    #[command(flatten, next_help_heading = "For research: order image-sheets")]
+    #[command(flatten, next_help_heading = short_help::PAPER)]
     pub sheets: KernelSheets,
 }
 
