@@ -10,6 +10,7 @@ use crate::lanes::LANES;
 use crate::mip::{Level, LevelTexels};
 use crate::scene::Wrap;
 use crate::taps::Kind;
+use crate::usage::MAPS;
 use crate::wrapped::wrapped;
 
 /// What takes the weights of texels.
@@ -77,7 +78,7 @@ pub(crate) struct OfLevels<'a, S: Simd> {
 }
 
 /// Most levels that are summed together: the base texture and the maps of light.
-pub(crate) const MOST_TOGETHER: usize = 4;
+pub(crate) const MOST_TOGETHER: usize = 1 + MAPS;
 
 /// Chunks that wait: few enough that they stay in the nearest cache.
 const BLOCK: usize = 16;

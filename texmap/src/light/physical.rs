@@ -5,8 +5,8 @@
 //! facets, and what is left for the matt layer, after Fdez-Agüera (2019). What a footprint covers counts by its variances:
 //! that of normals widens the lobe (Tokuyoshi and Kaplanyan 2019; Toksvig 2005), and roughnesses far apart are two lobes.
 //!
-//! Takes [`Inputs`]; gives reflected light, linear. Limits: a footprint has one mean colour and one mean of metal, so that metal and paint of
-//! different colours that are too fine to be seen swap some of their light; in even light their sum is right to 2 % where they are smooth, to 16 % where they are rough.
+//! Takes [`Inputs`]; gives reflected light, linear. Metal and paint in one footprint each have their own mean colour and, as `lobes` says, their own
+//! roughness. Limits: within each, colour and roughness are taken to be independent.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x16, i32x16};
@@ -14,6 +14,8 @@ use fearless_simd_macros::simd;
 use glam::Vec4;
 
 use super::environment::{Environment, LEVELS, Map, WITHOUT_SUNS};
+pub(crate) use super::inputs::Inputs;
+use super::lobes::{Lobe, Varied};
 use super::reflectance;
 use super::suns::Met;
 use crate::lanes::{LANES, Lanes};
@@ -21,44 +23,11 @@ use crate::lanes::{LANES, Lanes};
 /// What a dielectric reflects at normal incidence: an index of refraction of 1.5.
 const DIELECTRIC: f32 = 0.04;
 
-/// Variance of roughness from which on it is two lobes: below, they differ by less than a level of the environment.
-const TWO_LOBES: f32 = 0.0016;
+/// The least metal whose colour is known apart from that of paint.
+const LEAST_METAL: f32 = 1e-3;
 
 /// The smallest cosine between normal and eye: a normal map may turn a surface away.
 const LEAST_COSINE: f32 = 1e-3;
-
-/// Surfaces as light meets them.
-pub(crate) struct Inputs {
-    /// Of length 1, in the world.
-    pub(crate) normal: [Lanes; 3],
-    /// Towards the eye, of length 1.
-    pub(crate) eye: [Lanes; 3],
-    /// Base colour, straight.
-    pub(crate) base: [Lanes; 3],
-    pub(crate) metal: Lanes,
-    /// Perceptual roughness: mean and variance.
-    pub(crate) roughness: Lanes,
-    pub(crate) roughness_variance: Lanes,
-    /// Share of light that arrives.
-    pub(crate) open: Lanes,
-    /// Mean square of the distance of normals from their mean.
-    pub(crate) variance: Lanes,
-}
-
-impl Default for Inputs {
-    fn default() -> Self {
-        Self {
-            normal: [[0.0; LANES]; 3],
-            eye: [[0.0; LANES]; 3],
-            base: [[0.0; LANES]; 3],
-            metal: [0.0; LANES],
-            roughness: [0.0; LANES],
-            roughness_variance: [0.0; LANES],
-            open: [1.0; LANES],
-            variance: [0.0; LANES],
-        }
-    }
-}
 
 /// Reflects light at the first `count` places.
 #[simd]
@@ -79,21 +48,25 @@ pub(crate) fn reflect<S: Simd>(
     let mirrored = [nx * twice - vx, ny * twice - vy, nz * twice - vz];
     let cosine = cosine.max(splat(LEAST_COSINE)).min(one);
     let variance = load(&inputs.variance);
-    let mean = load(&inputs.roughness);
-    let spread2 = load(&inputs.roughness_variance);
-    let apart = spread2.simd_gt(splat(TWO_LOBES));
-    let spread = apart.select(spread2.max(zero).sqrt(), zero);
-    let lobes = if apart.any_true() { 2 } else { 1 };
-    let (dielectric, metal) = (splat(DIELECTRIC), load(&inputs.metal));
+    let metal = load(&inputs.metal);
     let base = load_3(simd, &inputs.base);
-    let f0 = base.map(|base| dielectric + (base - dielectric) * metal);
-    let mut even = [zero; 3];
+    let with_metal = load_3(simd, &inputs.base_with_metal);
+    let of_metal = metal.simd_gt(splat(LEAST_METAL));
+    let per_metal = of_metal.select(one / metal.max(splat(LEAST_METAL)), zero);
+    let metals = [0, 1, 2].map(|k: usize| (base[k] + with_metal[k] * per_metal).max(zero));
+    let varied = Varied {
+        metal,
+        roughness: load(&inputs.roughness),
+        variance: load(&inputs.roughness_variance),
+        with_metal: load(&inputs.roughness_with_metal),
+    };
+    let (lobes, count_of_lobes) = varied.lobes(simd);
     let mut mirror = [zero; 3];
-    let mut reflectance = [zero; 2];
-    for lobe in 0..lobes {
-        let side = if lobe == 0 { spread } else { zero - spread };
-        let rough = (mean + side).max(zero).min(one);
-        let widened = environment.reflectance.widened(simd, rough, variance);
+    let mut once = Once::new(simd);
+    for lobe in &lobes[..count_of_lobes] {
+        let widened = environment
+            .reflectance
+            .widened(simd, lobe.roughness, variance);
         let mut even = Even::default();
         even.look(simd, environment, (widened, cosine), count);
         let scale = f32x16::from_slice(simd, &even.scale);
@@ -104,50 +77,115 @@ pub(crate) fn reflect<S: Simd>(
             ny + (mirrored[1] - ny) * turn,
             nz + (mirrored[2] - nz) * turn,
         ];
-        let lobe = f32x16::from_slice(simd, &even.lobe);
-        let at = Looks::new(simd, &towards, lobe);
+        let level = f32x16::from_slice(simd, &even.lobe);
+        let at = Looks::new(simd, &towards, level);
         let mut seen = [[0.0; LANES]; 3];
         look_around(simd, environment, &at, count, &mut seen);
-        reflectance[0] += scale;
-        reflectance[1] += offset;
+        once.add(lobe, (scale, offset), lobe.metal - metal);
+        let dielectric = splat(DIELECTRIC);
+        let f0 = metals.map(|metals| dielectric + (metals - dielectric) * lobe.metal);
         for k in 0..3 {
             let radiance = f32x16::from_slice(simd, &seen[k]);
-            mirror[k] += (f0[k] * scale + offset) * radiance;
+            mirror[k] += (f0[k] * scale + offset) * radiance * lobe.weight;
         }
         let met = Met {
             normal: [nx, ny, nz],
             eye: [vx, vy, vz],
             cosine,
-            roughness: rough,
+            roughness: lobe.roughness,
             variance,
         };
-        add_suns(simd, environment, (&met, lobe), &f0, &mut mirror);
+        add_suns(
+            simd,
+            environment,
+            (&met, level, lobe.weight),
+            &f0,
+            &mut mirror,
+        );
     }
-    let share = splat(1.0 / lobes as f32);
-    let (scale, offset) = (reflectance[0] * share, reflectance[1] * share);
+    let mut even = [zero; 3];
     irradiance(simd, environment, [nx, ny, nz], variance, &mut even);
-    let bounced = one - (scale + offset);
-    let open = load(&inputs.open);
-    let again = |f0: f32x16<S>| {
-        let once = f0 * scale + offset;
-        let average = f0 + (one - f0) * splat(1.0 / 21.0);
-        (once, once * average * bounced / (one - average * bounced))
-    };
     // Each of the two is whole by itself; light that bounces is no line in f0, so that their mix is not that of a mixed f0.
     let paint = one - metal;
-    let (once, often_of_paint) = again(dielectric);
-    let below = (one - once - often_of_paint).max(zero) * paint;
+    let per_paint = one / paint.max(splat(LEAST_METAL));
+    let of_metal = once.of(per_metal);
+    let of_paint = once.of(zero - per_paint);
+    let (first, often_of_paint) = of_paint.again(simd, splat(DIELECTRIC));
+    let below = (one - first - often_of_paint).max(zero);
     let often_of_paint = often_of_paint * paint;
+    let open = load(&inputs.open);
     let mut rgb = [[0.0; LANES]; 3];
     for k in 0..3 {
-        let (_, often_of_metal) = again(base[k]);
+        let (_, often_of_metal) = of_metal.again(simd, metals[k]);
         let often = often_of_paint + often_of_metal * metal;
-        let matt = base[k] * below;
-        let sum = mirror[k] * share + (often + matt) * even[k];
+        let matt = base[k] * (below * paint) - with_metal[k] * below;
+        let sum = mirror[k] + (often + matt.max(zero)) * even[k];
         (sum * open).store_slice(&mut rgb[k]);
     }
     for lane in 0..count {
         out[lane] = Vec4::new(rgb[0][lane], rgb[1][lane], rgb[2][lane], 0.0);
+    }
+}
+
+/// What a footprint reflects of even light at once: means over its lobes, and how both go with metal.
+struct Once<S: Simd> {
+    scale: f32x16<S>,
+    offset: f32x16<S>,
+    scale_with_metal: f32x16<S>,
+    offset_with_metal: f32x16<S>,
+}
+
+impl<S: Simd> Once<S> {
+    #[inline(always)]
+    fn new(simd: S) -> Self {
+        let zero = f32x16::splat(simd, 0.0);
+        Self {
+            scale: zero,
+            offset: zero,
+            scale_with_metal: zero,
+            offset_with_metal: zero,
+        }
+    }
+
+    #[inline(always)]
+    fn add(
+        &mut self,
+        lobe: &Lobe<S>,
+        (scale, offset): (f32x16<S>, f32x16<S>),
+        more_metal: f32x16<S>,
+    ) {
+        let (scale, offset) = (scale * lobe.weight, offset * lobe.weight);
+        self.scale += scale;
+        self.offset += offset;
+        self.scale_with_metal += scale * more_metal;
+        self.offset_with_metal += offset * more_metal;
+    }
+
+    /// Scale and offset of a part of the footprint: of the metal by one over its share, of the paint by the same, negative.
+    #[inline(always)]
+    fn of(&self, per_share: f32x16<S>) -> Part<S> {
+        Part {
+            scale: self.scale + self.scale_with_metal * per_share,
+            offset: self.offset + self.offset_with_metal * per_share,
+        }
+    }
+}
+
+/// What a part of a footprint reflects of even light.
+struct Part<S: Simd> {
+    scale: f32x16<S>,
+    offset: f32x16<S>,
+}
+
+impl<S: Simd> Part<S> {
+    /// What leaves at once, and what leaves after it has bounced between facets.
+    #[inline(always)]
+    fn again(&self, simd: S, f0: f32x16<S>) -> (f32x16<S>, f32x16<S>) {
+        let one = f32x16::splat(simd, 1.0);
+        let bounced = one - (self.scale + self.offset);
+        let once = f0 * self.scale + self.offset;
+        let average = f0 + (one - f0) * f32x16::splat(simd, 1.0 / 21.0);
+        (once, once * average * bounced / (one - average * bounced))
     }
 }
 
@@ -156,17 +194,17 @@ pub(crate) fn reflect<S: Simd>(
 fn add_suns<S: Simd>(
     simd: S,
     environment: &Environment,
-    (met, lobe): (&Met<S>, f32x16<S>),
+    (met, level, weight): (&Met<S>, f32x16<S>, f32x16<S>),
     f0: &[f32x16<S>; 3],
     mirror: &mut [f32x16<S>; 3],
 ) {
     let splat = |x: f32| f32x16::splat(simd, x);
-    let lacking = lobe * splat((LEVELS - 1) as f32) - splat((WITHOUT_SUNS - 1) as f32);
+    let lacking = level * splat((LEVELS - 1) as f32) - splat((WITHOUT_SUNS - 1) as f32);
     let lacking = lacking.max(splat(0.0)).min(splat(1.0));
     for sun in &environment.suns {
         let [plain, fresnel] = met.lit_by(simd, sun);
         for k in 0..3 {
-            let light = splat(sun.power[k]) * lacking;
+            let light = splat(sun.power[k]) * lacking * weight;
             mirror[k] += (f0[k] * (plain - fresnel) + fresnel) * light;
         }
     }
