@@ -176,20 +176,15 @@ fn a_fine_map_of_metal_and_paint_in_a_room_gives_the_mean_of_both() {
 }
 
 #[test]
-fn zz_probe() {
-    let room = lamps(64);
-    for roughness in [60u8, 128, 230] {
-        for metal in [0.0, 1.0] {
-            for eye in eyes() {
-                let base = resample_core::image::linear_from_srgb(250.0 / 255.0);
-                let rough = f64::from(roughness) / 255.0;
-                let surface = Reflector { base: DVec3::splat(f64::from(base)), metal, roughness: rough };
-                let truth = reflected(&room, &surface, (DVec3::Z, eye), 8192);
-                let truth2 = reflected(&room, &surface, (DVec3::Z, eye), 65536);
-                let physical = Physical { metal: metal as f32, roughness: rough as f32, ..Physical::default() };
-                let found = seen(&room, Vec::new(), lit([base, base, base, 1.0], physical), eye);
-                println!("PROBE r {roughness} metal {metal} eye {eye:.2}: {found:.4} truth {truth:.4} {:.4} off {:.4}", truth2, (found - truth) / truth.max_element());
-            }
+fn a_fine_map_of_rough_metal_on_smooth_paint_gives_the_mean_of_both() {
+    let even = white();
+    for roughnesses in [[230, 60], [40, 200]] {
+        for colours in [[[250; 3], [30, 30, 35]], [[60, 40, 20], [230, 20, 15]]] {
+            let off = off(&even, colours, roughnesses);
+            assert!(
+                off < 0.02,
+                "{colours:?}, roughnesses {roughnesses:?}: {off:.3}"
+            );
         }
     }
 }

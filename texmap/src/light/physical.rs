@@ -9,15 +9,16 @@
 //! roughness. Limits: within each, colour and roughness are taken to be independent.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x16, i32x16};
+use fearless_simd::{f32x4, f32x16};
 use fearless_simd_macros::simd;
 use glam::Vec4;
 
-use super::environment::{Environment, LEVELS, Map, WITHOUT_SUNS};
+use super::around::{Looks, look_around};
+use super::environment::{Environment, LEVELS, WITHOUT_SUNS};
 pub(crate) use super::inputs::Inputs;
 use super::lobes::{Lobe, Varied};
+use super::met::Met;
 use super::reflectance;
-use super::suns::Met;
 use crate::lanes::{LANES, Lanes};
 
 /// What a dielectric reflects at normal incidence: an index of refraction of 1.5.
@@ -71,22 +72,13 @@ pub(crate) fn reflect<S: Simd>(
         even.look(simd, environment, (widened, cosine), count);
         let scale = f32x16::from_slice(simd, &even.scale);
         let offset = f32x16::from_slice(simd, &even.offset);
-        let turn = f32x16::from_slice(simd, &even.turn);
-        let towards = [
-            nx + (mirrored[0] - nx) * turn,
-            ny + (mirrored[1] - ny) * turn,
-            nz + (mirrored[2] - nz) * turn,
-        ];
-        let level = f32x16::from_slice(simd, &even.lobe);
-        let at = Looks::new(simd, &towards, level);
-        let mut seen = [[0.0; LANES]; 3];
-        look_around(simd, environment, &at, count, &mut seen);
+        let directions = ([nx, ny, nz], mirrored);
+        let (seen, lacking) = seen_in_lobe(simd, environment, (&directions, &even), count);
         once.add(lobe, (scale, offset), lobe.metal - metal);
         let dielectric = splat(DIELECTRIC);
         let f0 = metals.map(|metals| dielectric + (metals - dielectric) * lobe.metal);
         for k in 0..3 {
-            let radiance = f32x16::from_slice(simd, &seen[k]);
-            mirror[k] += (f0[k] * scale + offset) * radiance * lobe.weight;
+            mirror[k] += (f0[k] * scale + offset) * seen[k] * lobe.weight;
         }
         let met = Met {
             normal: [nx, ny, nz],
@@ -98,7 +90,7 @@ pub(crate) fn reflect<S: Simd>(
         add_suns(
             simd,
             environment,
-            (&met, level, lobe.weight),
+            (&met, lacking * lobe.weight),
             &f0,
             &mut mirror,
         );
@@ -194,20 +186,53 @@ impl<S: Simd> Part<S> {
 fn add_suns<S: Simd>(
     simd: S,
     environment: &Environment,
-    (met, level, weight): (&Met<S>, f32x16<S>, f32x16<S>),
+    (met, lacking): (&Met<S>, f32x16<S>),
     f0: &[f32x16<S>; 3],
     mirror: &mut [f32x16<S>; 3],
 ) {
     let splat = |x: f32| f32x16::splat(simd, x);
-    let lacking = level * splat((LEVELS - 1) as f32) - splat((WITHOUT_SUNS - 1) as f32);
-    let lacking = lacking.max(splat(0.0)).min(splat(1.0));
     for sun in &environment.suns {
         let [plain, fresnel] = met.lit_by(simd, sun);
         for k in 0..3 {
-            let light = splat(sun.power[k]) * lacking * weight;
+            let light = splat(sun.power[k]) * lacking;
             mirror[k] += (f0[k] * (plain - fresnel) + fresnel) * light;
         }
     }
+}
+
+/// The normal and the mirrored eye.
+type Directions<S> = ([f32x16<S>; 3], [f32x16<S>; 3]);
+
+/// The radiance that a lobe sees in two looks around, and how much of the suns these lack.
+#[inline(always)]
+fn seen_in_lobe<S: Simd>(
+    simd: S,
+    environment: &Environment,
+    ((normal, mirrored), even): (&Directions<S>, &Even),
+    count: usize,
+) -> ([f32x16<S>; 3], f32x16<S>) {
+    let load = |lanes: &Lanes| f32x16::from_slice(simd, lanes);
+    let mut seen = [[[0.0; LANES]; 3]; 2];
+    let lacking = [0, 1].map(|look: usize| {
+        let turn = load(&even.turn[look]);
+        let towards = [0, 1, 2].map(|k: usize| normal[k] + (mirrored[k] - normal[k]) * turn);
+        let level = load(&even.lobe[look]);
+        let at = Looks::new(simd, &towards, level);
+        look_around(simd, environment, &at, count, &mut seen[look]);
+        lacks_suns(simd, level)
+    });
+    let second = load(&even.part_of_second);
+    let mixed = |one: f32x16<S>, other: f32x16<S>| (other - one) * second + one;
+    let radiance = [0, 1, 2].map(|k: usize| mixed(load(&seen[0][k]), load(&seen[1][k])));
+    (radiance, mixed(lacking[0], lacking[1]))
+}
+
+/// How much of the suns a look around at a roughness lacks.
+#[inline(always)]
+fn lacks_suns<S: Simd>(simd: S, roughness: f32x16<S>) -> f32x16<S> {
+    let splat = |x: f32| f32x16::splat(simd, x);
+    let lacking = roughness * splat((LEVELS - 1) as f32) - splat((WITHOUT_SUNS - 1) as f32);
+    lacking.max(splat(0.0)).min(splat(1.0))
 }
 
 /// Three numbers of each place.
@@ -255,48 +280,15 @@ fn irradiance<S: Simd>(
     }
 }
 
-/// Where to look.
-struct Looks {
-    /// On the octahedral square, 0..=1.
-    x: [f32; LANES],
-    y: [f32; LANES],
-    /// Level of roughness.
-    level: [f32; LANES],
-}
-
-impl Looks {
-    #[inline(always)]
-    fn new<S: Simd>(simd: S, [dx, dy, dz]: &[f32x16<S>; 3], roughness: f32x16<S>) -> Self {
-        let splat = |v: f32| f32x16::splat(simd, v);
-        let (zero, one, half) = (splat(0.0), splat(1.0), splat(0.5));
-        let size = one / (dx.abs() + dy.abs() + dz.abs());
-        let (x, z) = (*dx * size, *dz * size);
-        let (x_side, z_side) = (
-            x.simd_ge(zero).select(one, splat(-1.0)),
-            z.simd_ge(zero).select(one, splat(-1.0)),
-        );
-        let upper = dy.simd_ge(zero);
-        let across = upper.select(x, (one - z.abs()) * x_side);
-        let down = upper.select(z, (one - x.abs()) * z_side);
-        let mut looks = Self {
-            x: [0.0; LANES],
-            y: [0.0; LANES],
-            level: [0.0; LANES],
-        };
-        (across * half + half).store_slice(&mut looks.x);
-        (down * half + half).store_slice(&mut looks.y);
-        (roughness * splat((LEVELS - 1) as f32)).store_slice(&mut looks.level);
-        looks
-    }
-}
-
 /// What a surface makes of even light; see [`reflectance::Reflectance`].
 #[derive(Default)]
 struct Even {
-    scale: [f32; LANES],
-    offset: [f32; LANES],
-    turn: [f32; LANES],
-    lobe: [f32; LANES],
+    scale: Lanes,
+    offset: Lanes,
+    part_of_second: Lanes,
+    /// Of both looks.
+    turn: [Lanes; 2],
+    lobe: [Lanes; 2],
 }
 
 impl Even {
@@ -319,108 +311,24 @@ impl Even {
             let share = [columns[lane] - column as f32, rows[lane] - row as f32];
             let place = row * reflectance::SIDE + column;
             let table = &environment.reflectance.table;
-            let even = four(simd, table, (place, reflectance::SIDE), share);
+            let part = |half: usize| {
+                let at = |node: usize| f32x4::simd_from(simd, table[node][half].to_array());
+                let [right, down] = share.map(|share| f32x4::splat(simd, share));
+                let column = |place: usize| {
+                    let (top, low) = (at(place), at(place + reflectance::SIDE));
+                    (low - top).mul_add(down, top)
+                };
+                let (left, next) = (column(place), column(place + 1));
+                (next - left).mul_add(right, left)
+            };
+            let (even, looks) = (part(0), part(1));
             self.scale[lane] = even[0];
             self.offset[lane] = even[1];
-            self.turn[lane] = even[2];
-            self.lobe[lane] = even[3];
+            self.part_of_second[lane] = even[2];
+            for look in 0..2 {
+                self.turn[look][lane] = looks[2 * look];
+                self.lobe[look][lane] = looks[2 * look + 1];
+            }
         }
     }
-}
-
-/// The radiance of the environment.
-#[inline(always)]
-fn look_around<S: Simd>(
-    simd: S,
-    environment: &Environment,
-    at: &Looks,
-    count: usize,
-    out: &mut [[f32; LANES]; 3],
-) {
-    let level = f32x16::from_slice(simd, &at.level);
-    let first = level.floor().min(f32x16::splat(simd, (LEVELS - 2) as f32));
-    let mut shares = [0.0; LANES];
-    (level - first).store_slice(&mut shares);
-    let levels: i32x16<S> = first.to_int_precise();
-    let mut maps = [[&environment.levels[0]; LANES]; 2];
-    let mut sides = [[0.0; LANES]; 2];
-    for lane in 0..LANES {
-        let pair = &environment.levels[levels[lane] as usize..][..2];
-        for k in 0..2 {
-            maps[k][lane] = &pair[k];
-            sides[k][lane] = pair[k].side as f32;
-        }
-    }
-    let fine = InMaps::new(simd, &sides[0], at);
-    let coarse = InMaps::new(simd, &sides[1], at);
-    for lane in 0..count {
-        let near = fine.look(simd, maps[0][lane], lane);
-        let far = coarse.look(simd, maps[1][lane], lane);
-        let radiance = (far - near).mul_add(f32x4::splat(simd, shares[lane]), near);
-        out[0][lane] = radiance[0];
-        out[1][lane] = radiance[1];
-        out[2][lane] = radiance[2];
-    }
-}
-
-/// Where to look in one map each.
-struct InMaps {
-    /// The upper left texel.
-    place: [i32; LANES],
-    /// Shares of the right and of the lower ones.
-    right: Lanes,
-    lower: Lanes,
-}
-
-impl InMaps {
-    #[inline(always)]
-    fn new<S: Simd>(simd: S, sides: &Lanes, at: &Looks) -> Self {
-        let half = f32x16::splat(simd, 0.5);
-        let side = f32x16::from_slice(simd, sides);
-        let x = f32x16::from_slice(simd, &at.x) * side + half;
-        let y = f32x16::from_slice(simd, &at.y) * side + half;
-        let (column, row) = (x.floor().min(side), y.floor().min(side));
-        let stride = side + f32x16::splat(simd, 2.0);
-        let mut new = Self {
-            place: [0; LANES],
-            right: [0.0; LANES],
-            lower: [0.0; LANES],
-        };
-        // Whole numbers below 2^24. A place that is no number is at the corner.
-        let place: i32x16<S> = (row * stride + column).to_int_precise();
-        place.store_slice(&mut new.place);
-        (x - column).store_slice(&mut new.right);
-        (y - row).store_slice(&mut new.lower);
-        new
-    }
-
-    #[inline(always)]
-    fn look<S: Simd>(&self, simd: S, map: &Map, lane: usize) -> f32x4<S> {
-        let place = (self.place[lane] as usize, map.side + 2);
-        four(
-            simd,
-            &map.texels,
-            place,
-            [self.right[lane], self.lower[lane]],
-        )
-    }
-}
-
-/// The mix of two by two texels.
-#[inline(always)]
-fn four<S: Simd>(
-    simd: S,
-    texels: &[Vec4],
-    (place, stride): (usize, usize),
-    [right, lower]: [f32; 2],
-) -> f32x4<S> {
-    let (top, low) = (
-        &texels[place..place + 2],
-        &texels[place + stride..place + stride + 2],
-    );
-    let texel = |texel: &Vec4| f32x4::simd_from(simd, texel.to_array());
-    let down = f32x4::splat(simd, lower);
-    let left_side = (texel(&low[0]) - texel(&top[0])).mul_add(down, texel(&top[0]));
-    let right_side = (texel(&low[1]) - texel(&top[1])).mul_add(down, texel(&top[1]));
-    (right_side - left_side).mul_add(f32x4::splat(simd, right), left_side)
 }
