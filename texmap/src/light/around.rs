@@ -126,7 +126,7 @@ impl InMaps {
 
 /// The mix of two by two texels.
 #[inline(always)]
-fn four<S: Simd>(
+pub(super) fn four<S: Simd>(
     simd: S,
     texels: &[Vec4],
     (place, stride): (usize, usize),

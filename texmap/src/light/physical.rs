@@ -8,12 +8,12 @@
 //! Takes [`Inputs`]; gives reflected light, linear. Metal and paint in one footprint each have their own mean colour and, as `lobes` says, their own
 //! roughness. Limits: within each, colour and roughness are taken to be independent.
 
+use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x16};
 use fearless_simd_macros::simd;
 use glam::Vec4;
 
-use super::around::{Looks, look_around};
+use super::around::{Looks, four, look_around};
 use super::environment::{Environment, LEVELS, WITHOUT_SUNS};
 pub(crate) use super::inputs::Inputs;
 use super::lobes::{Lobe, Varied};
@@ -211,20 +211,30 @@ fn seen_in_lobe<S: Simd>(
     ((normal, mirrored), even): (&Directions<S>, &Even),
     count: usize,
 ) -> ([f32x16<S>; 3], f32x16<S>) {
-    let load = |lanes: &Lanes| f32x16::from_slice(simd, lanes);
+    let zero = f32x16::splat(simd, 0.0);
     let mut seen = [[[0.0; LANES]; 3]; 2];
-    let lacking = [0, 1].map(|look: usize| {
-        let turn = load(&even.turn[look]);
-        let towards = [0, 1, 2].map(|k: usize| normal[k] + (mirrored[k] - normal[k]) * turn);
-        let level = load(&even.lobe[look]);
+    let mut lacking = [zero; 2];
+    // No closure around what is called here: it would lose the vectors' instructions.
+    for look in 0..2 {
+        let turn = f32x16::from_slice(simd, &even.turn[look]);
+        let towards = [
+            normal[0] + (mirrored[0] - normal[0]) * turn,
+            normal[1] + (mirrored[1] - normal[1]) * turn,
+            normal[2] + (mirrored[2] - normal[2]) * turn,
+        ];
+        let level = f32x16::from_slice(simd, &even.lobe[look]);
         let at = Looks::new(simd, &towards, level);
         look_around(simd, environment, &at, count, &mut seen[look]);
-        lacks_suns(simd, level)
-    });
-    let second = load(&even.part_of_second);
-    let mixed = |one: f32x16<S>, other: f32x16<S>| (other - one) * second + one;
-    let radiance = [0, 1, 2].map(|k: usize| mixed(load(&seen[0][k]), load(&seen[1][k])));
-    (radiance, mixed(lacking[0], lacking[1]))
+        lacking[look] = lacks_suns(simd, level);
+    }
+    let second = f32x16::from_slice(simd, &even.part_of_second);
+    let mut radiance = [zero; 3];
+    for (k, sum) in radiance.iter_mut().enumerate() {
+        let one = f32x16::from_slice(simd, &seen[0][k]);
+        let other = f32x16::from_slice(simd, &seen[1][k]);
+        *sum = (other - one) * second + one;
+    }
+    (radiance, (lacking[1] - lacking[0]) * second + lacking[0])
 }
 
 /// How much of the suns a look around at a roughness lacks.
@@ -310,18 +320,9 @@ impl Even {
             let row = (rows[lane] as usize).min(last);
             let share = [columns[lane] - column as f32, rows[lane] - row as f32];
             let place = row * reflectance::SIDE + column;
-            let table = &environment.reflectance.table;
-            let part = |half: usize| {
-                let at = |node: usize| f32x4::simd_from(simd, table[node][half].to_array());
-                let [right, down] = share.map(|share| f32x4::splat(simd, share));
-                let column = |place: usize| {
-                    let (top, low) = (at(place), at(place + reflectance::SIDE));
-                    (low - top).mul_add(down, top)
-                };
-                let (left, next) = (column(place), column(place + 1));
-                (next - left).mul_add(right, left)
-            };
-            let (even, looks) = (part(0), part(1));
+            let at = (place, reflectance::SIDE);
+            let even = four(simd, &environment.reflectance.table, at, share);
+            let looks = four(simd, &environment.reflectance.looks, at, share);
             self.scale[lane] = even[0];
             self.offset[lane] = even[1];
             self.part_of_second[lane] = even[2];

@@ -22,9 +22,10 @@ const SAMPLES: usize = 512;
 /// What rough surfaces reflect.
 #[derive(Clone, Debug)]
 pub(crate) struct Reflectance {
-    /// By roughness, then by the cosine: scale and offset; the part of the second look; then where both looks lie between the
-    /// normal (0) and the mirrored eye (1), and the roughness of their lobes.
-    pub(crate) table: Vec<[Vec4; 2]>,
+    /// By roughness, then by the cosine: scale, offset, and the part of the second look.
+    pub(crate) table: Vec<Vec4>,
+    /// Likewise: where each look lies between the normal (0) and the mirrored eye (1), and the roughness of its lobe.
+    pub(crate) looks: Vec<Vec4>,
     /// By roughness: how far the lobe along the normal spreads, the logarithm of one over its mean direction's length; its
     /// fourth root, which is nearly a line.
     spread: Vec<f32>,
@@ -53,19 +54,19 @@ impl Reflectance {
         };
         let mut reflectance = Self {
             table: Vec::new(),
+            looks: Vec::new(),
             roughness: (0..INVERSE).map(inverse).collect(),
             spread,
         };
-        let entry = |(node, lobe): (usize, &Lobe)| {
+        for (node, lobe) in nodes.iter().enumerate() {
             let share = |k: usize| k as f32 / (SIDE - 1) as f32;
             let looks = stretched::looks(share(node / SIDE), share(node % SIDE));
             let [one, other] = looks.looks;
-            [
-                Vec4::new(lobe.scale, lobe.offset, looks.part_of_second, 0.0),
-                Vec4::new(one.turn, one.roughness, other.turn, other.roughness),
-            ]
-        };
-        reflectance.table = nodes.iter().enumerate().map(entry).collect();
+            let even = Vec4::new(lobe.scale, lobe.offset, looks.part_of_second, 0.0);
+            reflectance.table.push(even);
+            let looks = Vec4::new(one.turn, one.roughness, other.turn, other.roughness);
+            reflectance.looks.push(looks);
+        }
         reflectance
     }
 
@@ -89,7 +90,7 @@ impl Reflectance {
 /// Nodes from spread back to roughness.
 const INVERSE: usize = 128;
 
-/// The values at shares of the way through equally spaced nodes, each as [`between`] gives it.
+/// The values at shares of the way through equally spaced nodes, each as `between` gives it in the tests.
 #[inline(always)]
 fn all_between<S: Simd>(simd: S, nodes: &[f32], share: f32x16<S>) -> f32x16<S> {
     let splat = |x: f32| f32x16::splat(simd, x);
