@@ -6,12 +6,12 @@
 use std::path::Path;
 
 use resample_io::Gate;
-use resample_mesh::scene::{AlphaMode, Material, TextureUse};
 use resample_mesh::{Error, Scene, input};
 
 pub use resample_mesh::input::*;
 
-use crate::prepare::mip::{self, TexelUse};
+use crate::prepare::mip;
+use crate::prepare::usage::{Pictures, Varying};
 
 /// Reads a mesh file as [`resample_mesh::load`] does.
 ///
@@ -43,9 +43,18 @@ fn checked(path: &Path, loaded: Loaded, options: &LoadOptions) -> Result<Loaded,
 fn ask_for_memory(scene: &Scene, gate: &Gate) -> Result<(), String> {
     let held: u64 = scene.textures.iter().map(|texture| texture.bytes()).sum();
     let mut keys = Vec::new();
+    let mut varying = Varying::default();
     let mut drawn = 0;
-    for (used, usage) in scene.materials.iter().flat_map(uses) {
-        let Some(used) = used else { continue };
+    let pictures = scene.materials.iter().flat_map(|material| {
+        let Pictures {
+            base,
+            emissive,
+            maps,
+            ..
+        } = Pictures::new(scene, material, &mut varying);
+        [base, emissive].into_iter().chain(maps)
+    });
+    for (used, usage) in pictures.flatten() {
         let key = (used.texture, usage, used.wrap, used.magnify);
         if !keys.contains(&key) {
             keys.push(key);
@@ -53,21 +62,4 @@ fn ask_for_memory(scene: &Scene, gate: &Gate) -> Result<(), String> {
         }
     }
     gate.ask(held + drawn, "all textures with their levels")
-}
-
-/// The pictures of a material, each with what becomes of its texels.
-fn uses(material: &Material) -> [(Option<TextureUse>, TexelUse); 5] {
-    let physical = material.physical.unwrap_or_default();
-    let scale = physical.normal_scale;
-    let colour = match material.alpha {
-        AlphaMode::Opaque => TexelUse::Opaque,
-        AlphaMode::Mask { .. } | AlphaMode::Blend => TexelUse::Weighted,
-    };
-    [
-        (material.base_texture, colour),
-        (material.emissive_texture, TexelUse::Opaque),
-        (physical.metal_roughness_texture, TexelUse::Numbers),
-        (physical.normal_texture, TexelUse::Normals { scale }),
-        (physical.occlusion_texture, TexelUse::Numbers),
-    ]
 }

@@ -5,60 +5,30 @@
 //! facets, and what is left for the matt layer, after Fdez-Agüera (2019). What a footprint covers counts by its variances:
 //! that of normals widens the lobe (Tokuyoshi and Kaplanyan 2019; Toksvig 2005), and roughnesses far apart are two lobes.
 //!
-//! Takes [`Inputs`]; gives reflected light, linear. Limits: a footprint has one mean colour and one mean of metal, so that metal and paint of
-//! different colours that are too fine to be seen swap some of their light; in even light their sum is right to 2 % where they are smooth, to 16 % where they are rough.
+//! Takes [`Inputs`]; gives reflected light, linear. Metal and paint in one footprint each have their own mean colour and, as `lobes` says, their own
+//! roughness. Limits: within each, colour and roughness are taken to be independent.
 
+use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x16, i32x16};
 use fearless_simd_macros::simd;
 use glam::Vec4;
 
-use super::environment::{Environment, LEVELS, Map, WITHOUT_SUNS};
+use super::around::{Looks, four, look_around};
+use super::environment::{Environment, LEVELS, WITHOUT_SUNS};
+pub(crate) use super::inputs::Inputs;
+use super::lobes::{Lobe, Varied};
+use super::met::Met;
 use super::reflectance;
-use super::suns::Met;
 use crate::screen::lanes::{LANES, Lanes};
 
 /// The reflectance of a dielectric at normal incidence: an index of refraction of 1.5.
 const DIELECTRIC: f32 = 0.04;
 
-/// Variance of roughness from which on it is two lobes: below, they differ by less than a level of the environment.
-const TWO_LOBES: f32 = 0.0016;
+/// The least metal whose colour is known apart from that of paint.
+const LEAST_METAL: f32 = 1e-3;
 
 /// The smallest cosine between normal and eye: a normal map may turn a surface away.
 const LEAST_COSINE: f32 = 1e-3;
-
-/// Surfaces as light meets them.
-pub(crate) struct Inputs {
-    /// Of length 1, in the world.
-    pub(crate) normal: [Lanes; 3],
-    /// Towards the eye, of length 1.
-    pub(crate) eye: [Lanes; 3],
-    /// Base colour, straight.
-    pub(crate) base: [Lanes; 3],
-    pub(crate) metal: Lanes,
-    /// Perceptual roughness: mean and variance.
-    pub(crate) roughness: Lanes,
-    pub(crate) roughness_variance: Lanes,
-    /// Share of light that arrives.
-    pub(crate) open: Lanes,
-    /// Mean square of the distance of normals from their mean.
-    pub(crate) variance: Lanes,
-}
-
-impl Default for Inputs {
-    fn default() -> Self {
-        Self {
-            normal: [[0.0; LANES]; 3],
-            eye: [[0.0; LANES]; 3],
-            base: [[0.0; LANES]; 3],
-            metal: [0.0; LANES],
-            roughness: [0.0; LANES],
-            roughness_variance: [0.0; LANES],
-            open: [1.0; LANES],
-            variance: [0.0; LANES],
-        }
-    }
-}
 
 /// Reflects light at the first `count` places.
 #[simd]
@@ -79,75 +49,135 @@ pub(crate) fn reflect<S: Simd>(
     let mirrored = [nx * twice - vx, ny * twice - vy, nz * twice - vz];
     let cosine = cosine.max(splat(LEAST_COSINE)).min(one);
     let variance = load(&inputs.variance);
-    let mean = load(&inputs.roughness);
-    let spread2 = load(&inputs.roughness_variance);
-    let apart = spread2.simd_gt(splat(TWO_LOBES));
-    let spread = apart.select(spread2.max(zero).sqrt(), zero);
-    let lobes = if apart.any_true() { 2 } else { 1 };
-    let (dielectric, metal) = (splat(DIELECTRIC), load(&inputs.metal));
+    let metal = load(&inputs.metal);
     let base = load_3(simd, &inputs.base);
-    let f0 = base.map(|base| dielectric + (base - dielectric) * metal);
-    let mut even = [zero; 3];
+    let with_metal = load_3(simd, &inputs.base_with_metal);
+    let of_metal = metal.simd_gt(splat(LEAST_METAL));
+    let per_metal = of_metal.select(one / metal.max(splat(LEAST_METAL)), zero);
+    let metals = [0, 1, 2].map(|k: usize| (base[k] + with_metal[k] * per_metal).max(zero));
+    let varied = Varied {
+        metal,
+        roughness: load(&inputs.roughness),
+        variance: load(&inputs.roughness_variance),
+        with_metal: load(&inputs.roughness_with_metal),
+    };
+    let (lobes, count_of_lobes) = varied.lobes(simd);
     let mut mirror = [zero; 3];
-    let mut reflectance = [zero; 2];
-    for lobe in 0..lobes {
-        let side = if lobe == 0 { spread } else { zero - spread };
-        let rough = (mean + side).max(zero).min(one);
-        let widened = environment.reflectance.widened(simd, rough, variance);
+    let mut once = Once::new(simd);
+    for lobe in &lobes[..count_of_lobes] {
+        let widened = environment
+            .reflectance
+            .widened(simd, lobe.roughness, variance);
         let mut even = Even::default();
         even.look(simd, environment, (widened, cosine), count);
         let scale = f32x16::from_slice(simd, &even.scale);
         let offset = f32x16::from_slice(simd, &even.offset);
-        let turn = f32x16::from_slice(simd, &even.turn);
-        let towards = [
-            nx + (mirrored[0] - nx) * turn,
-            ny + (mirrored[1] - ny) * turn,
-            nz + (mirrored[2] - nz) * turn,
-        ];
-        let lobe = f32x16::from_slice(simd, &even.lobe);
-        let at = Looks::new(simd, &towards, lobe);
-        let mut seen = [[0.0; LANES]; 3];
-        look_around(simd, environment, &at, count, &mut seen);
-        reflectance[0] += scale;
-        reflectance[1] += offset;
+        let directions = ([nx, ny, nz], mirrored);
+        let (seen, lacking) = seen_in_lobe(simd, environment, (&directions, &even), count);
+        once.add(lobe, (scale, offset), lobe.metal - metal);
+        let dielectric = splat(DIELECTRIC);
+        let f0 = metals.map(|metals| dielectric + (metals - dielectric) * lobe.metal);
         for k in 0..3 {
-            let radiance = f32x16::from_slice(simd, &seen[k]);
-            mirror[k] += (f0[k] * scale + offset) * radiance;
+            mirror[k] += (f0[k] * scale + offset) * seen[k] * lobe.weight;
         }
         let met = Met {
             normal: [nx, ny, nz],
             eye: [vx, vy, vz],
             cosine,
-            roughness: rough,
+            roughness: lobe.roughness,
             variance,
         };
-        add_suns(simd, environment, (&met, lobe), &f0, &mut mirror);
+        add_suns(
+            simd,
+            environment,
+            (&met, lacking * lobe.weight),
+            &f0,
+            &mut mirror,
+        );
     }
-    let share = splat(1.0 / lobes as f32);
-    let (scale, offset) = (reflectance[0] * share, reflectance[1] * share);
+    let mut even = [zero; 3];
     irradiance(simd, environment, [nx, ny, nz], variance, &mut even);
-    let bounced = one - (scale + offset);
-    let open = load(&inputs.open);
-    let again = |f0: f32x16<S>| {
-        let once = f0 * scale + offset;
-        let average = f0 + (one - f0) * splat(1.0 / 21.0);
-        (once, once * average * bounced / (one - average * bounced))
-    };
     // Each of the two is whole by itself; light that bounces is no line in f0, so that their mix is not that of a mixed f0.
     let paint = one - metal;
-    let (once, often_of_paint) = again(dielectric);
-    let below = (one - once - often_of_paint).max(zero) * paint;
+    let per_paint = one / paint.max(splat(LEAST_METAL));
+    let of_metal = once.of(per_metal);
+    let of_paint = once.of(zero - per_paint);
+    let (first, often_of_paint) = of_paint.again(simd, splat(DIELECTRIC));
+    let below = (one - first - often_of_paint).max(zero);
     let often_of_paint = often_of_paint * paint;
+    let open = load(&inputs.open);
     let mut rgb = [[0.0; LANES]; 3];
     for k in 0..3 {
-        let (_, often_of_metal) = again(base[k]);
+        let (_, often_of_metal) = of_metal.again(simd, metals[k]);
         let often = often_of_paint + often_of_metal * metal;
-        let matt = base[k] * below;
-        let sum = mirror[k] * share + (often + matt) * even[k];
+        let matt = base[k] * (below * paint) - with_metal[k] * below;
+        let sum = mirror[k] + (often + matt.max(zero)) * even[k];
         (sum * open).store_slice(&mut rgb[k]);
     }
     for lane in 0..count {
         out[lane] = Vec4::new(rgb[0][lane], rgb[1][lane], rgb[2][lane], 0.0);
+    }
+}
+
+/// What a footprint reflects of even light at once: means over its lobes, and how both go with metal.
+struct Once<S: Simd> {
+    scale: f32x16<S>,
+    offset: f32x16<S>,
+    scale_with_metal: f32x16<S>,
+    offset_with_metal: f32x16<S>,
+}
+
+impl<S: Simd> Once<S> {
+    #[inline(always)]
+    fn new(simd: S) -> Self {
+        let zero = f32x16::splat(simd, 0.0);
+        Self {
+            scale: zero,
+            offset: zero,
+            scale_with_metal: zero,
+            offset_with_metal: zero,
+        }
+    }
+
+    #[inline(always)]
+    fn add(
+        &mut self,
+        lobe: &Lobe<S>,
+        (scale, offset): (f32x16<S>, f32x16<S>),
+        more_metal: f32x16<S>,
+    ) {
+        let (scale, offset) = (scale * lobe.weight, offset * lobe.weight);
+        self.scale += scale;
+        self.offset += offset;
+        self.scale_with_metal += scale * more_metal;
+        self.offset_with_metal += offset * more_metal;
+    }
+
+    /// Scale and offset of a part of the footprint: of the metal by one over its share, of the paint by the same, negative.
+    #[inline(always)]
+    fn of(&self, per_share: f32x16<S>) -> Part<S> {
+        Part {
+            scale: self.scale + self.scale_with_metal * per_share,
+            offset: self.offset + self.offset_with_metal * per_share,
+        }
+    }
+}
+
+/// What a part of a footprint reflects of even light.
+struct Part<S: Simd> {
+    scale: f32x16<S>,
+    offset: f32x16<S>,
+}
+
+impl<S: Simd> Part<S> {
+    /// What leaves at once, and what leaves after it has bounced between facets.
+    #[inline(always)]
+    fn again(&self, simd: S, f0: f32x16<S>) -> (f32x16<S>, f32x16<S>) {
+        let one = f32x16::splat(simd, 1.0);
+        let bounced = one - (self.scale + self.offset);
+        let once = f0 * self.scale + self.offset;
+        let average = f0 + (one - f0) * f32x16::splat(simd, 1.0 / 21.0);
+        (once, once * average * bounced / (one - average * bounced))
     }
 }
 
@@ -156,13 +186,11 @@ pub(crate) fn reflect<S: Simd>(
 fn add_suns<S: Simd>(
     simd: S,
     environment: &Environment,
-    (met, lobe): (&Met<S>, f32x16<S>),
+    (met, lacking): (&Met<S>, f32x16<S>),
     f0: &[f32x16<S>; 3],
     mirror: &mut [f32x16<S>; 3],
 ) {
     let splat = |x: f32| f32x16::splat(simd, x);
-    let lacking = lobe * splat((LEVELS - 1) as f32) - splat((WITHOUT_SUNS - 1) as f32);
-    let lacking = lacking.max(splat(0.0)).min(splat(1.0));
     for sun in &environment.suns {
         let [plain, fresnel] = met.lit_by(simd, sun);
         for k in 0..3 {
@@ -170,6 +198,51 @@ fn add_suns<S: Simd>(
             mirror[k] += (f0[k] * (plain - fresnel) + fresnel) * light;
         }
     }
+}
+
+/// The normal and the mirrored eye.
+type Directions<S> = ([f32x16<S>; 3], [f32x16<S>; 3]);
+
+/// The radiance that a lobe sees in two looks around, and how much of the suns these lack.
+#[inline(always)]
+fn seen_in_lobe<S: Simd>(
+    simd: S,
+    environment: &Environment,
+    ((normal, mirrored), even): (&Directions<S>, &Even),
+    count: usize,
+) -> ([f32x16<S>; 3], f32x16<S>) {
+    let zero = f32x16::splat(simd, 0.0);
+    let mut seen = [[[0.0; LANES]; 3]; 2];
+    let mut lacking = [zero; 2];
+    // No closure around what is called here: it would lose the vectors' instructions.
+    for look in 0..2 {
+        let turn = f32x16::from_slice(simd, &even.turn[look]);
+        let towards = [
+            normal[0] + (mirrored[0] - normal[0]) * turn,
+            normal[1] + (mirrored[1] - normal[1]) * turn,
+            normal[2] + (mirrored[2] - normal[2]) * turn,
+        ];
+        let level = f32x16::from_slice(simd, &even.lobe[look]);
+        let at = Looks::new(simd, &towards, level);
+        look_around(simd, environment, &at, count, &mut seen[look]);
+        lacking[look] = lacks_suns(simd, level);
+    }
+    let second = f32x16::from_slice(simd, &even.part_of_second);
+    let mut radiance = [zero; 3];
+    for (k, sum) in radiance.iter_mut().enumerate() {
+        let one = f32x16::from_slice(simd, &seen[0][k]);
+        let other = f32x16::from_slice(simd, &seen[1][k]);
+        *sum = (other - one) * second + one;
+    }
+    (radiance, (lacking[1] - lacking[0]) * second + lacking[0])
+}
+
+/// How much of the suns a look around at a roughness lacks.
+#[inline(always)]
+fn lacks_suns<S: Simd>(simd: S, roughness: f32x16<S>) -> f32x16<S> {
+    let splat = |x: f32| f32x16::splat(simd, x);
+    let lacking = roughness * splat((LEVELS - 1) as f32) - splat((WITHOUT_SUNS - 1) as f32);
+    lacking.max(splat(0.0)).min(splat(1.0))
 }
 
 /// Three numbers of each place.
@@ -217,48 +290,15 @@ fn irradiance<S: Simd>(
     }
 }
 
-/// Where to look.
-struct Looks {
-    /// On the octahedral square, 0..=1.
-    x: [f32; LANES],
-    y: [f32; LANES],
-    /// Level of roughness.
-    level: [f32; LANES],
-}
-
-impl Looks {
-    #[inline(always)]
-    fn new<S: Simd>(simd: S, [dx, dy, dz]: &[f32x16<S>; 3], roughness: f32x16<S>) -> Self {
-        let splat = |v: f32| f32x16::splat(simd, v);
-        let (zero, one, half) = (splat(0.0), splat(1.0), splat(0.5));
-        let size = one / (dx.abs() + dy.abs() + dz.abs());
-        let (x, z) = (*dx * size, *dz * size);
-        let (x_side, z_side) = (
-            x.simd_ge(zero).select(one, splat(-1.0)),
-            z.simd_ge(zero).select(one, splat(-1.0)),
-        );
-        let upper = dy.simd_ge(zero);
-        let across = upper.select(x, (one - z.abs()) * x_side);
-        let down = upper.select(z, (one - x.abs()) * z_side);
-        let mut looks = Self {
-            x: [0.0; LANES],
-            y: [0.0; LANES],
-            level: [0.0; LANES],
-        };
-        (across * half + half).store_slice(&mut looks.x);
-        (down * half + half).store_slice(&mut looks.y);
-        (roughness * splat((LEVELS - 1) as f32)).store_slice(&mut looks.level);
-        looks
-    }
-}
-
 /// The response of a surface to even light; see [`reflectance::Reflectance`].
 #[derive(Default)]
 struct Even {
-    scale: [f32; LANES],
-    offset: [f32; LANES],
-    turn: [f32; LANES],
-    lobe: [f32; LANES],
+    scale: Lanes,
+    offset: Lanes,
+    part_of_second: Lanes,
+    /// Of both looks.
+    turn: [Lanes; 2],
+    lobe: [Lanes; 2],
 }
 
 impl Even {
@@ -280,109 +320,16 @@ impl Even {
             let row = (rows[lane] as usize).min(last);
             let share = [columns[lane] - column as f32, rows[lane] - row as f32];
             let place = row * reflectance::SIDE + column;
-            let table = &environment.reflectance.table;
-            let even = four(simd, table, (place, reflectance::SIDE), share);
+            let at = (place, reflectance::SIDE);
+            let even = four(simd, &environment.reflectance.table, at, share);
+            let looks = four(simd, &environment.reflectance.looks, at, share);
             self.scale[lane] = even[0];
             self.offset[lane] = even[1];
-            self.turn[lane] = even[2];
-            self.lobe[lane] = even[3];
+            self.part_of_second[lane] = even[2];
+            for look in 0..2 {
+                self.turn[look][lane] = looks[2 * look];
+                self.lobe[look][lane] = looks[2 * look + 1];
+            }
         }
     }
-}
-
-/// The radiance of the environment.
-#[inline(always)]
-fn look_around<S: Simd>(
-    simd: S,
-    environment: &Environment,
-    at: &Looks,
-    count: usize,
-    out: &mut [[f32; LANES]; 3],
-) {
-    let level = f32x16::from_slice(simd, &at.level);
-    let first = level.floor().min(f32x16::splat(simd, (LEVELS - 2) as f32));
-    let mut shares = [0.0; LANES];
-    (level - first).store_slice(&mut shares);
-    let levels: i32x16<S> = first.to_int_precise();
-    let mut maps = [[&environment.levels[0]; LANES]; 2];
-    let mut sides = [[0.0; LANES]; 2];
-    for lane in 0..LANES {
-        let pair = &environment.levels[levels[lane] as usize..][..2];
-        for k in 0..2 {
-            maps[k][lane] = &pair[k];
-            sides[k][lane] = pair[k].side as f32;
-        }
-    }
-    let fine = InMaps::new(simd, &sides[0], at);
-    let coarse = InMaps::new(simd, &sides[1], at);
-    for lane in 0..count {
-        let near = fine.look(simd, maps[0][lane], lane);
-        let far = coarse.look(simd, maps[1][lane], lane);
-        let radiance = (far - near).mul_add(f32x4::splat(simd, shares[lane]), near);
-        out[0][lane] = radiance[0];
-        out[1][lane] = radiance[1];
-        out[2][lane] = radiance[2];
-    }
-}
-
-/// Where to look in one map each.
-struct InMaps {
-    /// The upper left texel.
-    place: [i32; LANES],
-    /// Shares of the right and of the lower ones.
-    right: Lanes,
-    lower: Lanes,
-}
-
-impl InMaps {
-    #[inline(always)]
-    fn new<S: Simd>(simd: S, sides: &Lanes, at: &Looks) -> Self {
-        let half = f32x16::splat(simd, 0.5);
-        let side = f32x16::from_slice(simd, sides);
-        let x = f32x16::from_slice(simd, &at.x) * side + half;
-        let y = f32x16::from_slice(simd, &at.y) * side + half;
-        let (column, row) = (x.floor().min(side), y.floor().min(side));
-        let stride = side + f32x16::splat(simd, 2.0);
-        let mut new = Self {
-            place: [0; LANES],
-            right: [0.0; LANES],
-            lower: [0.0; LANES],
-        };
-        // Whole numbers below 2^24. A place that is no number is at the corner.
-        let place: i32x16<S> = (row * stride + column).to_int_precise();
-        place.store_slice(&mut new.place);
-        (x - column).store_slice(&mut new.right);
-        (y - row).store_slice(&mut new.lower);
-        new
-    }
-
-    #[inline(always)]
-    fn look<S: Simd>(&self, simd: S, map: &Map, lane: usize) -> f32x4<S> {
-        let place = (self.place[lane] as usize, map.side + 2);
-        four(
-            simd,
-            &map.texels,
-            place,
-            [self.right[lane], self.lower[lane]],
-        )
-    }
-}
-
-/// The mix of two by two texels.
-#[inline(always)]
-fn four<S: Simd>(
-    simd: S,
-    texels: &[Vec4],
-    (place, stride): (usize, usize),
-    [right, lower]: [f32; 2],
-) -> f32x4<S> {
-    let (top, low) = (
-        &texels[place..place + 2],
-        &texels[place + stride..place + stride + 2],
-    );
-    let texel = |texel: &Vec4| f32x4::simd_from(simd, texel.to_array());
-    let down = f32x4::splat(simd, lower);
-    let left_side = (texel(&low[0]) - texel(&top[0])).mul_add(down, texel(&top[0]));
-    let right_side = (texel(&low[1]) - texel(&top[1])).mul_add(down, texel(&top[1]));
-    (right_side - left_side).mul_add(f32x4::splat(simd, right), left_side)
 }

@@ -1,16 +1,16 @@
 //! The reflectance of a rough surface, in a table by the cosine between normal and eye, and by roughness.
 //!
 //! The microfacet model of glTF 2.0, appendix B: GGX with Smith's height-correlated shadowing and Schlick's Fresnel term. Of
-//! light from all sides such a surface reflects f0 * scale + offset (Karis 2013). Its lobe is then replaced by that of another
-//! roughness which is seen along its normal: the one with the same mean direction and the same mean length of directions, so that
-//! light that changes evenly is reflected exactly. All are summed at the table's nodes over half vectors on a fixed lattice;
-//! look-ups are bilinear.
+//! light from all sides such a surface reflects f0 * scale + offset (Karis 2013). Its lobe is then replaced by two that are
+//! seen along their normals, in the plane of incidence (`stretched`). What is reflected is summed at the table's nodes over half
+//! vectors on a fixed lattice; look-ups are bilinear.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
+use super::stretched;
 use crate::screen::lanes::LANES;
 
 /// Nodes along each side.
@@ -22,9 +22,10 @@ const SAMPLES: usize = 512;
 /// The reflectance of rough surfaces.
 #[derive(Clone, Debug)]
 pub(crate) struct Reflectance {
-    /// By roughness, then by the cosine: scale, offset, where the lobe lies between the normal (0) and the mirrored eye
-    /// (1), and the roughness of the lobe that stands for it.
+    /// By roughness, then by the cosine: scale, offset, and the part of the second look.
     pub(crate) table: Vec<Vec4>,
+    /// Likewise: where each look lies between the normal (0) and the mirrored eye (1), and the roughness of its lobe.
+    pub(crate) looks: Vec<Vec4>,
     /// By roughness: how far the lobe along the normal spreads, the logarithm of one over its mean direction's length; its
     /// fourth root, which is nearly a line.
     spread: Vec<f32>,
@@ -53,14 +54,19 @@ impl Reflectance {
         };
         let mut reflectance = Self {
             table: Vec::new(),
+            looks: Vec::new(),
             roughness: (0..INVERSE).map(inverse).collect(),
             spread,
         };
-        let entry = |lobe: &Lobe| {
-            let stands_for_it = reflectance.of_spread(lobe.spread);
-            Vec4::new(lobe.scale, lobe.offset, lobe.turn, stands_for_it)
-        };
-        reflectance.table = nodes.iter().map(entry).collect();
+        for (node, lobe) in nodes.iter().enumerate() {
+            let share = |k: usize| k as f32 / (SIDE - 1) as f32;
+            let looks = stretched::looks(share(node / SIDE), share(node % SIDE));
+            let [one, other] = looks.looks;
+            let even = Vec4::new(lobe.scale, lobe.offset, looks.part_of_second, 0.0);
+            reflectance.table.push(even);
+            let looks = Vec4::new(one.turn, one.roughness, other.turn, other.roughness);
+            reflectance.looks.push(looks);
+        }
         reflectance
     }
 
@@ -79,19 +85,12 @@ impl Reflectance {
         let share = spread.sqrt().sqrt() * f32x16::splat(simd, 1.0 / self.spread[SIDE - 1]);
         all_between(simd, &self.roughness, share)
     }
-
-    fn of_spread(&self, spread: f32) -> f32 {
-        between(
-            &self.roughness,
-            spread.sqrt().sqrt() / self.spread[SIDE - 1],
-        )
-    }
 }
 
 /// Nodes from spread back to roughness.
 const INVERSE: usize = 128;
 
-/// The values at shares of the way through equally spaced nodes, each as [`between`] gives it.
+/// The values at shares of the way through equally spaced nodes, each as `between` gives it in the tests.
 #[inline(always)]
 fn all_between<S: Simd>(simd: S, nodes: &[f32], share: f32x16<S>) -> f32x16<S> {
     let splat = |x: f32| f32x16::splat(simd, x);
@@ -108,6 +107,7 @@ fn all_between<S: Simd>(simd: S, nodes: &[f32], share: f32x16<S>) -> f32x16<S> {
 }
 
 /// The value at a share of the way through equally spaced nodes.
+#[cfg(test)]
 fn between(nodes: &[f32], share: f32) -> f32 {
     let at = share.clamp(0.0, 1.0) * (nodes.len() - 1) as f32;
     let first = (at as usize).min(nodes.len() - 2);
@@ -118,7 +118,6 @@ fn between(nodes: &[f32], share: f32) -> f32 {
 struct Lobe {
     scale: f32,
     offset: f32,
-    turn: f32,
     /// The logarithm of one over the mean direction's length.
     spread: f32,
 }
@@ -143,18 +142,10 @@ impl Lobe {
             mean += light.as_dvec3() * f64::from(visible);
         }
         let mean = mean / (scale + offset).max(1e-12);
-        // On the way from the normal (0, 0, 1) to the mirrored eye.
-        let slope = (mean.x / mean.z) as f32;
-        let turn = slope / (slope * (1.0 - cosine) - eye.x);
         let of_mean = |sum: f64| (sum / SAMPLES as f64) as f32;
         Self {
             scale: of_mean(scale),
             offset: of_mean(offset),
-            turn: if turn.is_finite() {
-                turn.clamp(0.0, 1.0)
-            } else {
-                1.0
-            },
             spread: -(mean.length().min(1.0).ln()) as f32,
         }
     }

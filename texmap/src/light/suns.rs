@@ -4,13 +4,13 @@
 //! which a light that is smaller than the lobe keeps as little as a sixth of its highlight. So such lights are points with an area, and what a
 //! surface reflects of them is the model's own formula.
 //!
-//! A light is what lies within [`CORE_RAD`] of the brightest pixel, above what lies around it; it counts where it holds a part of all
-//! light and is small and much brighter than what is around. Limits: [`MOST`] lights; larger ones stay in the picture.
+//! A light is what lies within [`CORE_RAD`] of the middle of a bright spot, above what lies around it. The smaller it is, the more of all light it
+//! holds and the brighter it is than what is around, the more of it is taken out: all or nothing would make a picture jump when a
+//! light changes a little. Limits: [`MOST`] lights; larger ones stay in the picture.
 
+use std::borrow::Cow;
 use std::f32::consts::{PI, TAU};
 
-use fearless_simd::f32x16;
-use fearless_simd::prelude::*;
 use glam::Vec3;
 use resample_mesh::scene::Surroundings;
 
@@ -30,100 +30,234 @@ pub(crate) struct Sun {
 const CORE_RAD: f32 = 0.045;
 const RING_RAD: f32 = 0.08;
 
-/// Largest radius of a light: the lobes from which it is taken out are four times as wide. A guess.
-const LARGEST_RAD: f32 = 0.03;
+/// Radii between which a light becomes too large: the lobes from which it is taken out are four times as wide. A guess.
+const LARGE_RAD: [f32; 2] = [0.02, 0.03];
 
-/// Least part of all light, and least ratio of brightness to what is around. Guesses: below, nobody misses a highlight.
-const LEAST_PART: f32 = 0.01;
-const LEAST_CONTRAST: f32 = 8.0;
+/// Parts of all light, and ratios of brightness to what is around, between which a light begins to count. Guesses: below, nobody
+/// misses a highlight.
+const PART: [f32; 2] = [0.01, 0.02];
+const CONTRAST: [f32; 2] = [8.0, 16.0];
 
 /// Most lights: each is a formula a pixel.
 const MOST: usize = 4;
 
-/// Takes lights out of a picture; gives them and what is left, or nothing where there are none.
-pub(crate) fn taken_out(picture: &Surroundings) -> Option<(Vec<Sun>, Surroundings)> {
-    let mut rest: Option<Surroundings> = None;
-    let mut suns = Vec::new();
-    while suns.len() < MOST {
-        let from = rest.as_ref().unwrap_or(picture);
-        let Some((sun, around, core)) = brightest(from) else {
-            break;
-        };
-        let left = rest.get_or_insert_with(|| picture.clone());
-        for at in core {
-            left.rgb[at] = around.to_array();
-        }
-        suns.push(sun);
-    }
-    Some((suns, rest?))
+/// Most bright spots that are looked at. A guess.
+const MOST_SPOTS: usize = 24;
+
+/// A bright spot of a picture, if it is a light.
+struct Spot {
+    sun: Sun,
+    around: Vec3,
+    /// Pixels, and how much of them is taken out.
+    core: Vec<usize>,
+    share: f32,
 }
 
-/// The brightest light, what is around it, and its pixels.
-fn brightest(picture: &Surroundings) -> Option<(Sun, Vec3, Vec<usize>)> {
-    let (width, height) = (picture.width, picture.height);
-    let solid = |row: usize| {
-        (TAU / width as f32)
-            * (PI / height as f32)
-            * ((row as f32 + 0.5) / height as f32 * PI).sin()
-    };
-    let bright = |rgb: &[f32; 3]| rgb[0] + rgb[1] + rgb[2];
-    let (mut peak, mut most, mut whole) = (0, 0.0, 0.0f64);
-    for (row, pixels) in picture.rgb.chunks_exact(width).enumerate() {
-        let mut sum = 0.0f64;
-        for (column, pixel) in pixels.iter().enumerate() {
-            let light = bright(pixel);
-            sum += f64::from(light);
-            if light > most {
-                (peak, most) = (row * width + column, light);
+impl Spot {
+    fn strength(&self) -> f32 {
+        self.sun.power.element_sum() * self.share
+    }
+
+    fn take_out(&self, rgb: &mut [[f32; 3]]) {
+        for &at in &self.core {
+            rgb[at] = Vec3::from(rgb[at]).lerp(self.around, self.share).to_array();
+        }
+    }
+}
+
+/// Takes lights out of a picture; gives them and what is left, or nothing where there are none.
+pub(crate) fn taken_out(picture: &Surroundings) -> Option<(Vec<Sun>, Surroundings)> {
+    let mut spots = spots(picture);
+    let strength_order = |a: &Spot, b: &Spot| b.strength().total_cmp(&a.strength());
+    spots.sort_by(strength_order);
+    // Where there are more, each counts by how much stronger it is than the first that has no place: two that change
+    // places are both left in the picture.
+    if let Some(first_out) = spots.get(MOST).map(Spot::strength) {
+        spots.truncate(MOST);
+        for spot in &mut spots {
+            spot.share *= (spot.strength() / first_out - 1.0).clamp(0.0, 1.0);
+        }
+    }
+    spots.retain(|spot| spot.share > 0.0);
+    let mut rest = (!spots.is_empty()).then(|| picture.clone())?;
+    for spot in &spots {
+        spot.take_out(&mut rest.rgb);
+    }
+    let suns = spots.iter().map(|spot| Sun {
+        power: spot.sun.power * spot.share,
+        ..spot.sun
+    });
+    Some((suns.collect(), rest))
+}
+
+/// The lights among the brightest spots of a picture, one more than have a place.
+fn spots(picture: &Surroundings) -> Vec<Spot> {
+    let whole = whole(picture);
+    let mut rest = Cow::Borrowed(picture);
+    let mut looked_at = vec![false; picture.rgb.len()];
+    let mut spots = Vec::new();
+    for _ in 0..MOST_SPOTS {
+        if spots.len() > MOST {
+            break;
+        }
+        let mut peak = None;
+        let mut most = 0.0;
+        for (at, pixel) in rest.rgb.iter().enumerate() {
+            if bright(pixel) > most && !looked_at[at] {
+                (peak, most) = (Some(at), bright(pixel));
             }
         }
-        whole += sum * f64::from(solid(row));
-    }
-    let middle = direction(picture, peak);
-    let reach = (RING_RAD / PI * height as f32).ceil() as usize + 1;
-    let rows = (peak / width).saturating_sub(reach)..(peak / width + reach + 1).min(height);
-    let (mut core, mut ring, mut ring_solid) = (Vec::new(), Vec3::ZERO, 0.0);
-    for at in rows.start * width..rows.end * width {
-        let away = direction(picture, at).distance(middle);
-        if away < CORE_RAD {
-            core.push(at);
-        } else if away < RING_RAD {
-            ring += Vec3::from(picture.rgb[at]) * solid(at / width);
-            ring_solid += solid(at / width);
+        let Some(peak) = peak else { break };
+        // No spot that is as bright at most can hold enough light.
+        if f64::from(most * PI * CORE_RAD * CORE_RAD) < f64::from(PART[0]) * whole {
+            break;
+        }
+        match spot(&rest, peak, whole) {
+            Some(spot) => {
+                spot.core.iter().for_each(|&at| looked_at[at] = true);
+                spot.take_out(&mut rest.to_mut().rgb);
+                spots.push(spot);
+            }
+            None => leave_aside(&rest, peak, &mut looked_at),
         }
     }
-    let around = ring / ring_solid.max(f32::MIN_POSITIVE);
-    let (mut power, mut centre, mut core_solid) = (Vec3::ZERO, Vec3::ZERO, 0.0);
-    let above = |at: usize| (Vec3::from(picture.rgb[at]) - around).max(Vec3::ZERO);
-    for &at in &core {
-        let light = above(at) * solid(at / width);
-        power += light;
-        centre += direction(picture, at) * light.element_sum();
-        core_solid += solid(at / width);
+    spots
+}
+
+/// Marks what is connected with a pixel and at least half as bright.
+fn leave_aside(picture: &Surroundings, from: usize, looked_at: &mut [bool]) {
+    let (width, height) = (picture.width, picture.height);
+    let least = 0.5 * bright(&picture.rgb[from]);
+    let mut open = vec![from];
+    looked_at[from] = true;
+    while let Some(at) = open.pop() {
+        let (x, y) = (at % width, at / width);
+        let beside = [
+            y * width + (x + 1) % width,
+            y * width + (x + width - 1) % width,
+            y.saturating_sub(1) * width + x,
+            (y + 1).min(height - 1) * width + x,
+        ];
+        for next in beside {
+            if !looked_at[next] && bright(&picture.rgb[next]) >= least {
+                looked_at[next] = true;
+                open.push(next);
+            }
+        }
     }
-    let total = power.element_sum();
-    let centre = centre.try_normalize()?;
-    let mean2 = core.iter().map(|&at| {
-        above(at).element_sum()
-            * solid(at / width)
-            * direction(picture, at).distance_squared(centre)
+}
+
+fn bright([r, g, b]: &[f32; 3]) -> f32 {
+    r + g + b
+}
+
+/// Solid angle of a pixel in a row.
+fn solid(picture: &Surroundings, row: usize) -> f32 {
+    let (width, height) = (picture.width as f32, picture.height as f32);
+    (TAU / width) * (PI / height) * ((row as f32 + 0.5) / height * PI).sin()
+}
+
+/// All light.
+fn whole(picture: &Surroundings) -> f64 {
+    let rows = picture.rgb.chunks_exact(picture.width).enumerate();
+    rows.map(|(row, pixels)| {
+        let sum: f64 = pixels.iter().map(|pixel| f64::from(bright(pixel))).sum();
+        sum * f64::from(solid(picture, row))
+    })
+    .sum()
+}
+
+/// The light around a pixel, above what lies around it.
+struct Core {
+    pixels: Vec<usize>,
+    around: Vec3,
+    power: Vec3,
+    /// Towards its middle.
+    middle: Vec3,
+    solid: f32,
+    is_resolved: bool,
+}
+
+impl Core {
+    fn new(picture: &Surroundings, middle: Vec3) -> Option<Self> {
+        let (width, height) = (picture.width, picture.height);
+        let row = (middle.y.clamp(-1.0, 1.0).acos() / PI * height as f32) as usize;
+        let reach = (RING_RAD / PI * height as f32).ceil() as usize + 1;
+        let rows = row.saturating_sub(reach)..(row + reach + 1).min(height);
+        let (mut pixels, mut ring, mut ring_solid) = (Vec::new(), Vec3::ZERO, 0.0);
+        for at in rows.start * width..rows.end * width {
+            let away = direction(picture, at).distance(middle);
+            let solid = solid(picture, at / width);
+            if away < CORE_RAD {
+                pixels.push(at);
+            } else if away < RING_RAD {
+                ring += Vec3::from(picture.rgb[at]) * solid;
+                ring_solid += solid;
+            }
+        }
+        let mut core = Self {
+            around: ring / ring_solid.max(f32::MIN_POSITIVE),
+            pixels,
+            power: Vec3::ZERO,
+            middle: Vec3::ZERO,
+            solid: 0.0,
+            is_resolved: false,
+        };
+        for &at in &core.pixels {
+            let light = core.above(picture, at);
+            core.power += light;
+            core.middle += direction(picture, at) * light.element_sum();
+            core.solid += solid(picture, at / width);
+        }
+        core.middle = core.middle.try_normalize()?;
+        // Pixels of a coarse picture are larger than a light may be.
+        let core_area = PI * CORE_RAD * CORE_RAD;
+        let ring_area = PI * RING_RAD * RING_RAD - core_area;
+        core.is_resolved = core.solid > 0.5 * core_area && ring_solid > 0.5 * ring_area;
+        Some(core)
+    }
+
+    fn above(&self, picture: &Surroundings, at: usize) -> Vec3 {
+        let solid = solid(picture, at / picture.width);
+        (Vec3::from(picture.rgb[at]) - self.around).max(Vec3::ZERO) * solid
+    }
+}
+
+/// Looks for the middle of a light, which is not its brightest pixel.
+const STEPS: usize = 3;
+
+/// The light around a pixel, as far as it is one.
+fn spot(picture: &Surroundings, peak: usize, whole: f64) -> Option<Spot> {
+    let mut core = Core::new(picture, direction(picture, peak))?;
+    for _ in 0..STEPS {
+        core = Core::new(picture, core.middle)?;
+    }
+    let total = core.power.element_sum();
+    let mean2 = core.pixels.iter().map(|&at| {
+        core.above(picture, at).element_sum() * direction(picture, at).distance_squared(core.middle)
     });
     // Of a disc it is half of its radius squared.
     let radius2 = 2.0 * mean2.sum::<f32>() / total;
-    // Pixels of a coarse picture are larger than a light may be.
-    let core_area = PI * CORE_RAD * CORE_RAD;
-    let ring_area = PI * RING_RAD * RING_RAD - core_area;
-    let is_resolved = core_solid > 0.5 * core_area && ring_solid > 0.5 * ring_area;
-    let is_light = is_resolved
-        && f64::from(total) > f64::from(LEAST_PART) * whole
-        && radius2 < LARGEST_RAD * LARGEST_RAD
-        && total > LEAST_CONTRAST * around.element_sum() * core_solid;
+    let part = (f64::from(total) / whole) as f32;
+    let contrast = total / (core.around.element_sum() * core.solid).max(f32::MIN_POSITIVE);
+    let share =
+        rising(PART, part) * rising(CONTRAST, contrast) * (1.0 - rising(LARGE_RAD, radius2.sqrt()));
     let sun = Sun {
-        direction: centre,
-        power,
+        direction: core.middle,
+        power: core.power,
         alpha2: radius2 / 8.0,
     };
-    is_light.then_some((sun, around, core))
+    (core.is_resolved && share > 0.0).then_some(Spot {
+        sun,
+        around: core.around,
+        core: core.pixels,
+        share,
+    })
+}
+
+/// From 0 to 1 between two numbers.
+fn rising([low, high]: [f32; 2], at: f32) -> f32 {
+    ((at - low) / (high - low)).clamp(0.0, 1.0)
 }
 
 /// Towards the centre of a pixel: the picture's middle lies towards -z.
@@ -132,44 +266,6 @@ fn direction(picture: &Surroundings, at: usize) -> Vec3 {
     let across = ((x as f32 + 0.5) / picture.width as f32 - 0.5) * TAU;
     let (sin, cos) = ((y as f32 + 0.5) / picture.height as f32 * PI).sin_cos();
     Vec3::new(sin * across.sin(), cos, -sin * across.cos())
-}
-
-/// Surfaces as a small light meets them.
-pub(super) struct Met<S: Simd> {
-    pub(super) normal: [f32x16<S>; 3],
-    pub(super) eye: [f32x16<S>; 3],
-    /// Between the two.
-    pub(super) cosine: f32x16<S>,
-    pub(super) roughness: f32x16<S>,
-    /// Mean square of the distance of normals from their mean.
-    pub(super) variance: f32x16<S>,
-}
-
-impl<S: Simd> Met<S> {
-    /// The share of a light's power that a surface of reflectance 1 returns, and the part of it that Schlick's term weighs.
-    #[inline(always)]
-    pub(super) fn lit_by(&self, simd: S, sun: &Sun) -> [f32x16<S>; 2] {
-        let splat = |v: f32| f32x16::splat(simd, v);
-        let (zero, one, least) = (splat(0.0), splat(1.0), splat(1e-7));
-        let light = sun.direction.to_array().map(splat);
-        let dot = |a: &[f32x16<S>; 3], b: &[f32x16<S>; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        let half = [0, 1, 2].map(|k: usize| self.eye[k] + light[k]);
-        let per_length = one / dot(&half, &half).sqrt().max(least);
-        let to_light = dot(&self.normal, &light).max(zero);
-        let to_half = (dot(&self.normal, &half) * per_length).max(zero).min(one);
-        let tilt = (dot(&self.eye, &half) * per_length).max(zero).min(one);
-        let alpha = self.roughness * self.roughness;
-        // Slopes of normals add to those of facets; alpha squared is the sum of the variances along both axes.
-        let alpha2 = (alpha * alpha + self.variance + splat(sun.alpha2)).min(one);
-        let spread = one + to_half * to_half * (alpha2 - one);
-        let dense = alpha2 / (spread * spread * splat(PI)).max(least);
-        let smith = |a: f32x16<S>, b: f32x16<S>| a * (b * b * (one - alpha2) + alpha2).sqrt();
-        let blocked = smith(to_light, self.cosine) + smith(self.cosine, to_light);
-        let plain = dense * to_light * splat(0.5) / blocked.max(least);
-        let away = one - tilt;
-        let away2 = away * away;
-        [plain, plain * away2 * away2 * away]
-    }
 }
 
 #[cfg(test)]

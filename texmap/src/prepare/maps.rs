@@ -5,11 +5,13 @@
 //! reconstruction itself takes away. So a fourth number holds how long the reconstructed normal is around the texel, mean square: the
 //! variance is that number's mean less the square of the mean normal (Toksvig 2005, without his bias).
 
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use resample_core::image::srgb_from_linear;
 use resample_mesh::scene::{Texels, Texture, Wrap};
 
+use crate::prepare::level::LINEAR;
+use crate::prepare::usage::Weighting;
 use crate::prepare::wrap::wrapped;
 
 /// Rounding of means of normals kept in 16 bits: variances below count as none.
@@ -18,6 +20,91 @@ const ROUNDING: f32 = 1e-4;
 /// Red, green, blue as in the file, 0..=1, and the square of green.
 pub(crate) fn numbers(texture: &Texture) -> Vec<Vec4> {
     each_texel(texture, |rgb| rgb.extend(rgb.y * rgb.y))
+}
+
+/// As [`numbers`], with the red of another picture of the same size.
+pub(crate) fn numbers_with(texture: &Texture, occlusion: &Texture) -> Vec<Vec4> {
+    let mut numbers = numbers(texture);
+    let red = each_texel(occlusion, |rgb| rgb.x);
+    numbers
+        .par_iter_mut()
+        .zip(red)
+        .for_each(|(texel, red)| texel.x = red);
+    numbers
+}
+
+/// Linear base colour times metal, and roughness times metal, by the texels of the base colour.
+///
+/// Metal comes from the blue of another picture, roughness from its green. Where its texels are smaller, each counts that lies in a
+/// texel of the colour; where they are larger, they are mixed.
+pub(crate) fn metals(
+    (base, alpha): (&Texture, Weighting),
+    (map, wrap): (&Texture, [Wrap; 2]),
+) -> Vec<Vec4> {
+    let metals: Vec<Vec2> = each_texel(map, |rgb| Vec2::new(rgb.z, rgb.y * rgb.z));
+    let ratio = [
+        map.width as f32 / base.width as f32,
+        map.height as f32 / base.height as f32,
+    ];
+    let looks = ratio.map(|ratio| ratio.ceil().max(1.0) as usize);
+    let mut texels = linear_colours(base, alpha);
+    let of_row = |(y, row): (usize, &mut [Vec4])| {
+        for (x, texel) in row.iter_mut().enumerate() {
+            let mut sum = Vec2::ZERO;
+            for look in 0..looks[0] * looks[1] {
+                let part = [look % looks[0], look / looks[0]];
+                let place = [0, 1].map(|k: usize| {
+                    let within = (part[k] as f32 + 0.5) / looks[k] as f32;
+                    ([x, y][k] as f32 + within) * ratio[k] - 0.5
+                });
+                sum += mixed(&metals, ([map.width, map.height], wrap), place);
+            }
+            let [metal, rough] = (sum / (looks[0] * looks[1]) as f32).to_array();
+            *texel = (texel.truncate() * metal).extend(rough);
+        }
+    };
+    texels
+        .par_chunks_mut(base.width)
+        .enumerate()
+        .for_each(of_row);
+    texels
+}
+
+/// The mix of the four texels around a place, which counts from the middle of the first.
+fn mixed(texels: &[Vec2], (size, wrap): ([usize; 2], [Wrap; 2]), place: [f32; 2]) -> Vec2 {
+    let first = place.map(f32::floor);
+    let share = [place[0] - first[0], place[1] - first[1]];
+    let at = |k: usize, next: i32| wrapped(first[k] as i32 + next, size[k], wrap[k]);
+    let row = |next: i32| {
+        let start = at(1, next) * size[0];
+        let left = texels[start + at(0, 0)];
+        if share[0] == 0.0 {
+            return left;
+        }
+        left.lerp(texels[start + at(0, 1)], share[0])
+    };
+    if share[1] == 0.0 {
+        return row(0);
+    }
+    row(0).lerp(row(1), share[1])
+}
+
+/// Linear light, premultiplied if it is weighted by alpha.
+fn linear_colours(texture: &Texture, alpha: Weighting) -> Vec<Vec4> {
+    let weighted = |[r, g, b, a]: [f32; 4]| match alpha {
+        Weighting::Even => Vec4::new(r, g, b, 1.0),
+        Weighting::ByAlpha => Vec4::new(r * a, g * a, b * a, a),
+    };
+    match &texture.texels {
+        Texels::Srgb8(texels) => texels
+            .par_iter()
+            .map(|&[r, g, b, a]| {
+                let at = |code: u8| LINEAR[usize::from(code)];
+                weighted([at(r), at(g), at(b), f32::from(a) / 255.0])
+            })
+            .collect(),
+        Texels::LinearF32(texels) => texels.par_iter().map(|&texel| weighted(texel)).collect(),
+    }
 }
 
 /// Normals of length 1, halved and moved to 0..=1, and around each the mean square length of the reconstructed normal.

@@ -8,46 +8,16 @@
 //! Limits: an odd length is halved by a quadratic B-spline of the right width, whose mean is kept to about 1 percent
 //! per texel and exactly over a flat texture.
 
-use std::sync::{Arc, LazyLock};
+use std::sync::Arc;
 
 use glam::Vec4;
-use rayon::prelude::*;
-use resample_core::image::linear_from_srgb;
-use resample_mesh::scene::{Magnify, Texels, Texture, Wrap};
 
+use crate::prepare::halving::halved;
+use crate::prepare::level::{LINEAR, narrowed, padded, stride};
+pub(crate) use crate::prepare::level::{Level, LevelTexels, UNIT, linear};
 use crate::prepare::maps;
-use crate::prepare::wrap::wrapped;
-
-/// One level: linear light, rows from the top.
-#[derive(Clone, Debug)]
-pub(crate) struct Level {
-    /// Width and height, texels.
-    pub(crate) size: [usize; 2],
-    pub(crate) texels: LevelTexels,
-    /// Texels from one row to the next; at least the width.
-    pub(crate) stride: usize,
-    /// Texels of this level per texel of the full texture, along u and v; at most 1.
-    pub(crate) scale: [f32; 2],
-    /// Variance of the filter between this level and the full texture, in squared texels of this level.
-    pub(crate) variance: [f32; 2],
-    /// Fourth cumulant of the same filter, in texels of this level to the fourth power; not positive.
-    pub(crate) kappa: [f32; 2],
-}
-
-/// Red, green, blue and alpha of a level, in linear light.
-#[derive(Clone, Debug)]
-pub(crate) enum LevelTexels {
-    /// Of 8-bit pictures, in parts of [`UNIT`]: 8 bytes in place of 16, since look-ups wait for memory. A step is a
-    /// twentieth of the darkest step of 8-bit sRGB.
-    Unorm16(Vec<[u16; 4]>),
-    /// A large picture as it is in the file, its alpha ignored: 4 bytes, decoded by a table.
-    Srgb8(Arc<Vec<[u8; 4]>>),
-    /// Of all others.
-    Float(Vec<Vec4>),
-}
-
-/// The largest number of [`LevelTexels::Unorm16`] stands for 1.
-pub(crate) const UNIT: f32 = 65535.0;
+pub(crate) use crate::prepare::usage::TexelUse;
+use resample_mesh::scene::{Magnify, Texels, Texture, Wrap};
 
 /// A texture as one or more materials use it, with all its levels.
 #[derive(Clone, Debug)]
@@ -60,33 +30,19 @@ pub(crate) struct Pyramid {
     pub(crate) magnify: Magnify,
 }
 
-/// The use of a picture's texels in a material.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum TexelUse {
-    /// Colour; alpha counts as 1.
-    Opaque,
-    /// Colour that is weighted by alpha: it is premultiplied before it is filtered.
-    Weighted,
-    /// Numbers as they are in the file; alpha is the square of green.
-    Numbers,
-    /// Normals in tangent space, whose x and y are scaled: see [`crate::prepare::maps`].
-    Normals {
-        /// Factor of x and y.
-        scale: f32,
-    },
-}
-
 impl Pyramid {
-    /// Decodes a texture and builds its levels.
+    /// Decodes the picture at a place among all pictures of a scene, and builds its levels.
     pub(crate) fn new(
-        texture: &Texture,
-        texels: TexelUse,
+        (pictures, place): (&[Texture], usize),
+        usage: TexelUse,
         wrap: [Wrap; 2],
         magnify: Magnify,
     ) -> Self {
-        let (texels, stride) = decoded(texture, texels, wrap);
+        let texture = &pictures[place];
+        let size = [texture.width, texture.height];
+        let (texels, stride) = decoded((pictures, texture), usage, wrap);
         let first = Level {
-            size: [texture.width, texture.height],
+            size,
             stride,
             texels,
             scale: [1.0; 2],
@@ -118,56 +74,11 @@ impl Pyramid {
     }
 }
 
-impl Level {
-    /// The texel at column and row, which may lie beyond the borders.
-    #[inline(always)]
-    pub(crate) fn texel(&self, column: i32, row: i32, wrap: [Wrap; 2]) -> Vec4 {
-        self.texels
-            .at(self.row_start(row, wrap[1]) + wrapped(column, self.size[0], wrap[0]))
-    }
-
-    /// Where the texels of a row begin.
-    #[inline(always)]
-    pub(crate) fn row_start(&self, row: i32, wrap: Wrap) -> usize {
-        wrapped(row, self.size[1], wrap) * self.stride
-    }
-}
-
-impl LevelTexels {
-    /// The texel at a place.
-    #[inline(always)]
-    pub(crate) fn at(&self, place: usize) -> Vec4 {
-        match self {
-            Self::Unorm16(texels) => widened(texels[place]) * (1.0 / UNIT),
-            Self::Srgb8(texels) => linear(texels[place]),
-            Self::Float(texels) => texels[place],
-        }
-    }
-}
-
-/// Linear light, alpha ignored.
-#[inline(always)]
-pub(crate) fn linear([r, g, b, _]: [u8; 4]) -> Vec4 {
-    let at = |code: u8| LINEAR[usize::from(code)];
-    Vec4::new(at(r), at(g), at(b), 1.0)
-}
-
-/// As floating point, still in parts of [`UNIT`].
-#[inline(always)]
-pub(crate) fn widened(texel: [u16; 4]) -> Vec4 {
-    let [r, g, b, a] = texel;
-    Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
-}
-
-/// In parts of [`UNIT`], rounded.
-#[inline(always)]
-fn narrowed(texel: Vec4) -> [u16; 4] {
-    (texel * UNIT + Vec4::splat(0.5))
-        .to_array()
-        .map(|part| part as u16)
-}
-
-fn decoded(texture: &Texture, usage: TexelUse, wrap: [Wrap; 2]) -> (LevelTexels, usize) {
+fn decoded(
+    (pictures, texture): (&[Texture], &Texture),
+    usage: TexelUse,
+    wrap: [Wrap; 2],
+) -> (LevelTexels, usize) {
     let finished = |[r, g, b, a]: [f32; 4]| match usage {
         TexelUse::Weighted => Vec4::new(r * a, g * a, b * a, a),
         _ => Vec4::new(r, g, b, 1.0),
@@ -177,6 +88,24 @@ fn decoded(texture: &Texture, usage: TexelUse, wrap: [Wrap; 2]) -> (LevelTexels,
     let unorm = |texels| (LevelTexels::Unorm16(texels), stride);
     match (&texture.texels, usage) {
         (_, TexelUse::Numbers) => unorm(padded(&maps::numbers(texture), size, |t| narrowed(*t))),
+        (_, TexelUse::WithOcclusion { picture }) => {
+            let numbers = maps::numbers_with(texture, &pictures[picture]);
+            unorm(padded(&numbers, size, |t| narrowed(*t)))
+        }
+        (
+            of_base,
+            TexelUse::Metals {
+                picture,
+                wrap,
+                alpha,
+            },
+        ) => {
+            let metals = maps::metals((texture, alpha), (&pictures[picture], wrap));
+            match of_base {
+                Texels::Srgb8(_) => unorm(padded(&metals, size, |t| narrowed(*t))),
+                Texels::LinearF32(_) => (LevelTexels::Float(padded(&metals, size, |t| *t)), stride),
+            }
+        }
         (_, TexelUse::Normals { scale }) => {
             let normals = maps::normals(texture, scale, wrap);
             unorm(padded(&normals, size, |t| narrowed(*t)))
@@ -205,7 +134,7 @@ pub(crate) fn bytes_of_levels(texture: &Texture, usage: TexelUse) -> u64 {
     let is_shared = texels as usize >= SHARED && usage == TexelUse::Opaque;
     let (first, texel) = match (&texture.texels, usage) {
         (Texels::Srgb8(_), _) if is_shared => (0, size_of::<[u16; 4]>()),
-        (Texels::LinearF32(_), TexelUse::Opaque | TexelUse::Weighted) => {
+        (Texels::LinearF32(_), TexelUse::Opaque | TexelUse::Weighted | TexelUse::Metals { .. }) => {
             (texels, size_of::<Vec4>())
         }
         _ => (texels, size_of::<[u16; 4]>()),
@@ -216,198 +145,3 @@ pub(crate) fn bytes_of_levels(texture: &Texture, usage: TexelUse) -> u64 {
 
 /// Texels of a picture that is read where it lies: 16 million of them are 128 MB as [`LevelTexels::Unorm16`].
 const SHARED: usize = 1 << 24;
-
-/// Linear light of 8-bit sRGB.
-pub(crate) static LINEAR: LazyLock<[f32; 256]> =
-    LazyLock::new(|| std::array::from_fn(|code| linear_from_srgb(code as f32 / 255.0)));
-
-/// Texels from one row to the next: a cache line more than a row has, since look-ups in rows that lie a power of two
-/// apart drive one another from the cache.
-fn stride(width: usize) -> usize {
-    if width < 64 { width } else { width + 8 }
-}
-
-/// The texels of a picture, with room at the end of each row.
-fn padded<T: Sync, U: Copy + Default + Send>(
-    texels: &[T],
-    [width, height]: [usize; 2],
-    texel: impl Fn(&T) -> U + Sync,
-) -> Vec<U> {
-    let stride = stride(width);
-    let mut padded = vec![U::default(); stride * height];
-    padded
-        .par_chunks_mut(stride)
-        .zip(texels.par_chunks(width))
-        .for_each(|(out, row)| {
-            out.iter_mut()
-                .zip(row)
-                .for_each(|(out, from)| *out = texel(from));
-        });
-    padded
-}
-
-/// The weights of one coarse texel: the first fine texel and what each one from there on counts.
-struct Taps {
-    first: i32,
-    weights: Vec<f32>,
-}
-
-/// The halving of one axis.
-struct AxisFilter {
-    taps: Vec<Taps>,
-    ratio: f64,
-    variance: f64,
-    kappa: f64,
-}
-
-impl AxisFilter {
-    fn new(count: usize) -> Self {
-        let coarse = count.div_ceil(2);
-        let ratio = count as f64 / coarse as f64;
-        let mut filter = Self {
-            taps: Vec::new(),
-            ratio,
-            variance: 0.0,
-            kappa: 0.0,
-        };
-        for j in 0..coarse {
-            let centre = (j as f64 + 0.5) * ratio;
-            let (first, weights) = if count == 1 {
-                (0, vec![1.0])
-            } else if 2 * coarse == count {
-                (2 * j as i32 - 1, vec![0.125, 0.375, 0.375, 0.125])
-            } else {
-                spline_taps(centre, ratio)
-            };
-            let moment = |power: i32| -> f64 {
-                let distance = |k: usize| f64::from(first) + k as f64 + 0.5 - centre;
-                weights
-                    .iter()
-                    .enumerate()
-                    .map(|(k, w)| w * distance(k).powi(power))
-                    .sum()
-            };
-            let (mean, second, fourth) = (moment(1), moment(2), moment(4));
-            filter.variance += (second - mean * mean) / coarse as f64;
-            filter.kappa += (fourth - 3.0 * second * second) / coarse as f64;
-            filter.taps.push(Taps {
-                first,
-                weights: weights.iter().map(|&w| w as f32).collect(),
-            });
-        }
-        filter
-    }
-}
-
-/// A quadratic B-spline of width 3 `ratio` at `centre` (fine texels), sampled at the fine texels and normalised.
-fn spline_taps(centre: f64, ratio: f64) -> (i32, Vec<f64>) {
-    let first = (centre - 1.5 * ratio - 0.5).ceil();
-    let last = (centre + 1.5 * ratio - 0.5).floor();
-    let weight = |i: f64| {
-        let t = ((i + 0.5 - centre) / ratio).abs();
-        if t < 0.5 {
-            0.75 - t * t
-        } else {
-            0.5 * (1.5 - t).max(0.0).powi(2)
-        }
-    };
-    let raw: Vec<f64> = (0..=(last - first) as usize)
-        .map(|k| weight(first + k as f64))
-        .collect();
-    let sum: f64 = raw.iter().sum();
-    (first as i32, raw.iter().map(|w| w / sum).collect())
-}
-
-/// Rows of a level that one task makes: the rows of the finer level that it needs beside its own are a tenth.
-const BAND: usize = 16;
-
-fn halved(fine: &Level, wrap: [Wrap; 2]) -> Level {
-    let filters = fine.size.map(AxisFilter::new);
-    let size = filters.each_ref().map(|f| f.taps.len());
-    let stride = stride(size[0]);
-    let made = |band: usize| made_rows(fine, &filters, band, wrap);
-    let texels = match fine.texels {
-        LevelTexels::Float(_) => {
-            LevelTexels::Float(in_bands([stride, size[1]], made, |texel| texel))
-        }
-        LevelTexels::Unorm16(_) | LevelTexels::Srgb8(_) => {
-            LevelTexels::Unorm16(in_bands([stride, size[1]], made, narrowed))
-        }
-    };
-    let axis = |k: usize| {
-        let AxisFilter {
-            ratio,
-            variance,
-            kappa,
-            ..
-        } = &filters[k];
-        let scale = f64::from(fine.scale[k]) / ratio;
-        let variance = (f64::from(fine.variance[k]) + variance) / (ratio * ratio);
-        let kappa = (f64::from(fine.kappa[k]) + kappa) / ratio.powi(4);
-        [scale as f32, variance as f32, kappa as f32]
-    };
-    let (u, v) = (axis(0), axis(1));
-    Level {
-        size,
-        stride,
-        texels,
-        scale: [u[0], v[0]],
-        variance: [u[1], v[1]],
-        kappa: [u[2], v[2]],
-    }
-}
-
-/// Fills a level of `stride` times `rows` texels, a band of rows at a time.
-fn in_bands<T: Copy + Default + Send>(
-    [stride, rows]: [usize; 2],
-    made: impl Fn(usize) -> Vec<Vec4> + Sync,
-    kept: impl Fn(Vec4) -> T + Sync,
-) -> Vec<T> {
-    let mut texels = vec![T::default(); stride * rows];
-    texels
-        .par_chunks_mut(stride * BAND)
-        .enumerate()
-        .for_each(|(band, out)| {
-            let made = made(band);
-            let width = made.len() / out.len().div_ceil(stride);
-            for (out, made) in out.chunks_mut(stride).zip(made.chunks_exact(width)) {
-                out.iter_mut()
-                    .zip(made)
-                    .for_each(|(out, texel)| *out = kept(*texel));
-            }
-        });
-    texels
-}
-
-/// The rows of a band of the level above `fine`.
-fn made_rows(fine: &Level, filters: &[AxisFilter; 2], band: usize, wrap: [Wrap; 2]) -> Vec<Vec4> {
-    let [columns, rows] = filters.each_ref().map(|filter| &filter.taps);
-    let rows = &rows[band * BAND..rows.len().min((band + 1) * BAND)];
-    let ends = |taps: &Taps| taps.first + taps.weights.len() as i32;
-    let first = rows.iter().map(|taps| taps.first).min().unwrap_or(0);
-    let end = rows.iter().map(ends).max().unwrap_or(0);
-    let width = columns.len();
-    let mut narrow = vec![Vec4::ZERO; width * (end - first) as usize];
-    let mut source = vec![Vec4::ZERO; fine.size[0]];
-    for (out, row) in narrow.chunks_exact_mut(width).zip(first..) {
-        let start = fine.row_start(row, wrap[1]);
-        for (texel, place) in source.iter_mut().zip(start..) {
-            *texel = fine.texels.at(place);
-        }
-        for (texel, taps) in out.iter_mut().zip(columns) {
-            for (&w, i) in taps.weights.iter().zip(taps.first..) {
-                *texel += source[wrapped(i, fine.size[0], wrap[0])] * w;
-            }
-        }
-    }
-    let mut made = vec![Vec4::ZERO; width * rows.len()];
-    for (out, taps) in made.chunks_exact_mut(width).zip(rows) {
-        for (&w, i) in taps.weights.iter().zip(taps.first..) {
-            let source = &narrow[(i - first) as usize * width..][..width];
-            out.iter_mut()
-                .zip(source)
-                .for_each(|(texel, s)| *texel += *s * w);
-        }
-    }
-    made
-}

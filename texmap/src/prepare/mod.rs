@@ -1,12 +1,16 @@
 //! A scene as the renderer keeps it: meshes with texture coordinates in texels, materials, pyramids.
 //!
 //! Takes a [`Scene`], once. A picture that several materials use in one way is decoded once. In the order of use: pictures that
-//! replace those of the file (`textures`), wrapping (`wrap`), maps of light (`maps`), mip levels (`mip`), triangles that share
+//! replace those of the file (`textures`), wrapping (`wrap`), maps of light (`maps`), the use of pictures in materials (`usage`), mip
+//! levels (`level`, `halving`, `mip`), triangles that share
 //! an edge (`adjacency`), borders of charts (`charts`), and triangles whose emission is black (`no_emission`).
 
 pub(crate) mod textures;
 pub(crate) mod wrap;
 pub(crate) mod maps;
+pub(crate) mod usage;
+pub(crate) mod level;
+pub(crate) mod halving;
 pub(crate) mod mip;
 pub(crate) mod adjacency;
 pub(crate) mod charts;
@@ -15,8 +19,18 @@ pub(crate) mod no_emission;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3, Vec4};
+
+use crate::light::Environment;
+use crate::light::tangents::{self, Tangents};
+use crate::options::{RenderOptions, Shade};
+use crate::prepare::adjacency::{Neighbour, neighbours};
+use crate::prepare::charts::Charts;
+use crate::prepare::mip::Pyramid;
+use crate::prepare::no_emission::black_around;
+pub(crate) use crate::prepare::usage::{MAPS, METALS, NORMALS, OCCLUSION, ROUGHNESS};
+use crate::prepare::usage::{Pictures, TexelUse, Used, Varying, per_base};
 use resample_mesh::scene::{
-    AlphaMode, Lighting, Magnify, Material, Mesh, Physical, Scene, Sides, TextureUse, Wrap,
+    AlphaMode, Lighting, Magnify, Material, Mesh, Scene, Sides, TextureUse, Wrap,
 };
 
 use crate::light::tangents::Tangents;
@@ -96,14 +110,6 @@ impl PreparedMaterial {
     }
 }
 
-/// The maps of light: roughness with metal, normals, and occlusion where it has a picture of its own.
-pub(crate) const MAPS: usize = 3;
-
-/// The maps' places.
-pub(crate) const ROUGHNESS: usize = 0;
-pub(crate) const NORMALS: usize = 1;
-pub(crate) const OCCLUSION: usize = 2;
-
 /// Metal, roughness, and the maps of light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PreparedPhysical {
@@ -133,13 +139,20 @@ pub(crate) enum LightKind {
     Physical,
 }
 
+/// What is known of the pictures so far.
+#[derive(Default)]
+struct Keys {
+    pyramids: Vec<PyramidKey>,
+    varying: Varying,
+}
+
 /// The key of a pyramid: uses of a picture with equal keys share it.
 type PyramidKey = (usize, TexelUse, [Wrap; 2], Magnify);
 
 impl Prepared {
     pub(crate) fn new(scene: &Scene, options: &RenderOptions) -> Self {
         let mut prepared = Self::default();
-        let mut keys = Vec::new();
+        let mut keys = Keys::default();
         for material in &scene.materials {
             let material = prepared.material(scene, material, options.shade, &mut keys);
             prepared.materials.push(material);
@@ -171,34 +184,31 @@ impl Prepared {
         scene: &Scene,
         material: &Material,
         shade: Shade,
-        keys: &mut Vec<PyramidKey>,
+        keys: &mut Keys,
     ) -> PreparedMaterial {
-        let alpha = match material.alpha {
-            AlphaMode::Opaque => TexelUse::Opaque,
-            AlphaMode::Mask { .. } | AlphaMode::Blend => TexelUse::Weighted,
-        };
         let light = light_kind(shade, material);
-        let mut pyramid = |texture: &Option<TextureUse>, usage| {
-            texture.as_ref().map(|t| {
-                let key = (t.texture, usage, t.wrap, t.magnify);
+        let Keys {
+            pyramids: keys,
+            varying,
+        } = keys;
+        let pictures = Pictures::new(scene, material, varying);
+        let mut pyramid = |used: Option<Used>| {
+            used.map(|(picture, usage)| {
+                let key = (picture.texture, usage, picture.wrap, picture.magnify);
                 keys.iter().position(|k| *k == key).unwrap_or_else(|| {
                     keys.push(key);
-                    self.pyramids.push(Pyramid::new(
-                        &scene.textures[t.texture],
-                        usage,
-                        t.wrap,
-                        t.magnify,
-                    ));
+                    let place = (&scene.textures[..], picture.texture);
+                    let made = Pyramid::new(place, usage, picture.wrap, picture.magnify);
+                    self.pyramids.push(made);
                     keys.len() - 1
                 })
             })
         };
         PreparedMaterial {
             base_colour: Vec4::from(material.base_colour),
-            base: pyramid(&material.base_texture, alpha),
+            base: pyramid(pictures.base),
             emissive_colour: Vec3::from(material.emissive).extend(0.0),
-            emissive: pyramid(&material.emissive_texture, TexelUse::Opaque)
-                .filter(|_| material.emissive != [0.0; 3]),
+            emissive: pyramid(pictures.emissive).filter(|_| material.emissive != [0.0; 3]),
             emissive_per_base: material
                 .emissive_texture
                 .and_then(|emissive| per_base(scene, material, emissive)),
@@ -206,7 +216,7 @@ impl Prepared {
             sides: material.sides,
             light,
             physical: (light == LightKind::Physical)
-                .then(|| prepared_physical(scene, material, &mut pyramid)),
+                .then(|| prepared_physical(scene, material, (&pictures, &mut pyramid))),
         }
     }
 }
@@ -224,61 +234,20 @@ fn light_kind(shade: Shade, material: &Material) -> LightKind {
 fn prepared_physical(
     scene: &Scene,
     material: &Material,
-    pyramid: &mut impl FnMut(&Option<TextureUse>, TexelUse) -> Option<usize>,
+    (pictures, pyramid): (&Pictures, &mut impl FnMut(Option<Used>) -> Option<usize>),
 ) -> PreparedPhysical {
     let physical = material.physical.unwrap_or_default();
-    let mut used = textures_of_light(&physical);
-    let shared = used[OCCLUSION].is_some() && used[OCCLUSION] == used[ROUGHNESS];
-    let occlusion = match used[OCCLUSION] {
-        Some(_) if shared => Some(ROUGHNESS),
-        own => own.map(|_| OCCLUSION),
-    };
-    if shared {
-        used[OCCLUSION] = None;
-    }
-    let scale = physical.normal_scale;
-    let usage = [
-        TexelUse::Numbers,
-        TexelUse::Normals { scale },
-        TexelUse::Numbers,
-    ];
-    let map = |k: usize| {
-        let per_base = used[k].and_then(|map| per_base(scene, material, map));
-        pyramid(&used[k], usage[k]).map(|pyramid| LightMap { pyramid, per_base })
+    let map = |used: Option<Used>| {
+        let per_base = used.and_then(|(map, _)| per_base(scene, material, map));
+        pyramid(used).map(|pyramid| LightMap { pyramid, per_base })
     };
     PreparedPhysical {
         metal: physical.metal.clamp(0.0, 1.0),
         roughness: physical.roughness.clamp(0.0, 1.0),
         occlusion_strength: physical.occlusion_strength.clamp(0.0, 1.0),
-        occlusion,
-        maps: [ROUGHNESS, NORMALS, OCCLUSION].map(map),
+        occlusion: pictures.occlusion,
+        maps: pictures.maps.map(map),
     }
-}
-
-fn textures_of_light(physical: &Physical) -> [Option<TextureUse>; MAPS] {
-    [
-        physical.metal_roughness_texture,
-        physical.normal_texture,
-        physical.occlusion_texture,
-    ]
-}
-
-/// Texels of another texture per texel of the base texture, if both are laid in the same way.
-fn per_base(scene: &Scene, material: &Material, other: TextureUse) -> Option<[f32; 2]> {
-    let base = material.base_texture?;
-    let alike = TextureUse {
-        texture: base.texture,
-        wrap: base.wrap,
-        magnify: base.magnify,
-        ..other
-    };
-    let [of_base, of_other] = [base, other].map(|texture| &scene.textures[texture.texture]);
-    (alike == base).then(|| {
-        [
-            of_other.width as f32 / of_base.width as f32,
-            of_other.height as f32 / of_base.height as f32,
-        ]
-    })
 }
 
 fn prepared_mesh(scene: &Scene, mesh: &Mesh, prepared: &PreparedMaterial) -> PreparedMesh {
@@ -288,13 +257,19 @@ fn prepared_mesh(scene: &Scene, mesh: &Mesh, prepared: &PreparedMaterial) -> Pre
     };
     let (base_uv, emissive_uv) = (uv(&material.base_texture), uv(&material.emissive_texture));
     let neighbours = neighbours(&mesh.positions, &mesh.triangles);
-    let used = textures_of_light(&material.physical.unwrap_or_default());
+    let physical = material.physical.unwrap_or_default();
+    let used = [
+        physical.metal_roughness_texture,
+        physical.normal_texture,
+        physical.occlusion_texture,
+        material.base_texture,
+    ];
     let map = |k: usize| prepared.physical.and_then(|physical| physical.maps[k]);
-    let map_uv = [ROUGHNESS, NORMALS, OCCLUSION].map(|k| {
+    let map_uv = [ROUGHNESS, NORMALS, OCCLUSION, METALS].map(|k| {
         let is_own = map(k).is_some_and(|map| map.per_base.is_none());
         if is_own { uv(&used[k]) } else { Vec::new() }
     });
-    let [a, b, c] = &map_uv;
+    let [a, b, c, _] = &map_uv;
     PreparedMesh {
         charts: Charts::new(mesh, &neighbours, &[&base_uv, &emissive_uv, a, b, c]),
         origin_in_world: scene.origin_in_world,

@@ -127,7 +127,7 @@ mod tests {
             texels: Texels::Srgb8(Arc::new(texels)),
         };
         Pyramid::new(
-            &texture,
+            (&[texture], 0),
             TexelUse::Opaque,
             [Wrap::Repeat; 2],
             Magnify::Linear,

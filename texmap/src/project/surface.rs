@@ -236,7 +236,7 @@ impl Surface {
             }
             let tangent = |k: usize| plane(tangents.map(|t| flip * f64::from(t[k])));
             Box::new(SurfaceMaps {
-                maps: [map(0), map(1), map(2)],
+                maps: [0, 1, 2, 3].map(map),
                 tangent: [tangent(0), tangent(1), tangent(2)],
                 side: flip as f32 * tangents[0][3],
             })

@@ -178,7 +178,7 @@ mod tests {
             texels,
         };
         let wrap = [Wrap::Repeat, Wrap::Clamp];
-        Pyramid::new(&texture, TexelUse::Numbers, wrap, Magnify::Linear)
+        Pyramid::new((&[texture], 0), TexelUse::Numbers, wrap, Magnify::Linear)
     }
 
     #[test]

@@ -8,6 +8,7 @@ use glam::Vec4;
 use resample_mesh::scene::Wrap;
 
 use crate::prepare::mip::{Level, LevelTexels};
+use crate::prepare::usage::MAPS;
 use crate::prepare::wrap::wrapped;
 use crate::screen::lanes::LANES;
 use crate::texture::taps::Kind;
@@ -77,7 +78,7 @@ pub(crate) struct OfLevels<'a, S: Simd> {
 }
 
 /// Most levels that are summed together: the base texture and the maps of light.
-pub(crate) const MOST_TOGETHER: usize = 4;
+pub(crate) const MOST_TOGETHER: usize = 1 + MAPS;
 
 /// Chunks that wait: few enough that they stay in the nearest cache.
 const BLOCK: usize = 16;

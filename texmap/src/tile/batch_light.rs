@@ -78,8 +78,8 @@ impl Tile<'_> {
         for k in 0..batch.count {
             let of = |texture: usize| texels.colours[texture][k];
             let own = straight(self, surface, batch.at(k), (of(BASE), of(EMISSIVE)));
-            let of_maps = [of(FIRST_MAP), of(FIRST_MAP + 1), of(FIRST_MAP + 2)];
-            put(physical, maps, (&of_maps, own.base), k, inputs);
+            let of_maps = [0, 1, 2, 3].map(|map: usize| of(FIRST_MAP + map));
+            put(physical, maps, (&of_maps, &own), k, inputs);
             (scales[k], added[k]) = (own.scale, own.added);
         }
         take_normals(maps, batch.count, texels, inputs);

@@ -110,8 +110,8 @@ impl Tile<'_> {
         let of_surface = surface.maps.as_ref()?;
         let (base, mut maps) = match &surface.base {
             Some(planes) if self.frame.options.method == Method::Hybrid => {
-                let like_base = [0, 1, 2].map(|k: usize| match of_surface.maps[k] {
-                    Some(MapPlanes::LikeBase { pyramid }) => Some(pyramid),
+                let like_base = of_surface.maps.each_ref().map(|map| match map {
+                    Some(MapPlanes::LikeBase { pyramid }) => Some(*pyramid),
                     _ => None,
                 });
                 let pixel = self.pixel_on(surface, (planes, planes.pyramid), at_px);

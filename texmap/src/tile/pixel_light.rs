@@ -9,7 +9,7 @@ use resample_mesh::scene::AlphaMode;
 
 use crate::light::physical::{Inputs, reflect};
 use crate::prepare::maps::{mean_normal, variance_within};
-use crate::prepare::{MAPS, NORMALS, PreparedPhysical, ROUGHNESS};
+use crate::prepare::{MAPS, METALS, NORMALS, PreparedPhysical, ROUGHNESS};
 use crate::project::pixel::PIXEL_VARIANCE;
 use crate::project::surface::{Surface, SurfaceMaps};
 use crate::screen::lanes::LANES;
@@ -19,6 +19,8 @@ use crate::tile::{Tile, TileImage};
 /// A surface's own colour, and what its light is multiplied by and what is added to it.
 pub(crate) struct Straight {
     pub(crate) base: Vec3,
+    /// What the base texture's texel was multiplied by.
+    factor: Vec3,
     pub(crate) scale: f32,
     /// Emitted light, premultiplied, and alpha.
     pub(crate) added: Vec4,
@@ -42,6 +44,7 @@ pub(crate) fn straight(
     };
     Straight {
         base: (factor * base * weight).truncate(),
+        factor: (factor * weight).truncate(),
         scale: alpha,
         added: (surface.emissive_colour * emissive * alpha)
             .truncate()
@@ -96,7 +99,7 @@ impl Tile<'_> {
         put(
             physical,
             maps,
-            (&shown.maps, own.base),
+            (&shown.maps, &own),
             lane,
             &mut waiting.inputs,
         );
@@ -184,12 +187,12 @@ impl Tile<'_> {
 pub(crate) fn put(
     physical: &PreparedPhysical,
     maps: &SurfaceMaps,
-    (texels, base): (&[Vec4; MAPS], Vec3),
+    (texels, own): (&[Vec4; MAPS], &Straight),
     at: usize,
     inputs: &mut Inputs,
 ) {
     for k in 0..3 {
-        inputs.base[k][at] = base[k];
+        inputs.base[k][at] = own.base[k];
     }
     let (mut roughness, mut metal, mut variance) = (physical.roughness, physical.metal, 0.0);
     if maps.maps[ROUGHNESS].is_some() {
@@ -198,6 +201,15 @@ pub(crate) fn put(
         roughness *= rough;
         metal *= of_metal;
     }
+    let mut with_metal = Vec4::ZERO;
+    if maps.maps[METALS].is_some() {
+        let factor = own.factor.extend(physical.roughness) * physical.metal;
+        with_metal = texels[METALS] * factor - own.base.extend(roughness) * metal;
+    }
+    for k in 0..3 {
+        inputs.base_with_metal[k][at] = with_metal[k];
+    }
+    inputs.roughness_with_metal[at] = with_metal.w;
     inputs.roughness[at] = roughness;
     inputs.roughness_variance[at] = variance;
     inputs.metal[at] = metal;

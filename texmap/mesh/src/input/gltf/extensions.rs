@@ -3,6 +3,8 @@
 //! One rule: what changes only the light on surfaces and its colours, or nothing that is seen, is left out with a note; what
 //! changes shape, or is needed to read the file, is refused where the file requires it.
 
+use std::collections::HashSet;
+
 use gltf::json::Root;
 
 use super::super::files::excerpt;
@@ -68,15 +70,14 @@ pub(super) fn check(root: &Root) -> Result<(), String> {
     }
 }
 
-/// Names each extension that is left out, once.
+/// Names each extension that is left out, once, whether the file lists it or not.
 pub(super) fn tell(root: &Root, notes: &mut Notes) {
-    let mut names: Vec<&String> = Vec::new();
-    for name in root.extensions_required.iter().chain(&root.extensions_used) {
-        if !names.contains(&name) {
-            names.push(name);
-        }
-    }
-    for name in names {
+    let listed = root.extensions_required.iter().chain(&root.extensions_used);
+    let mut seen = HashSet::new();
+    for name in listed
+        .chain(unlisted(root))
+        .filter(|name| seen.insert(*name))
+    {
         let what = match effect(name) {
             Effect::Decoded => continue,
             Effect::Light => {
@@ -87,6 +88,19 @@ pub(super) fn tell(root: &Root, notes: &mut Notes) {
         };
         notes.say(format!("{} is {what}", excerpt(name)));
     }
+}
+
+/// The extensions of what is drawn.
+fn unlisted(root: &Root) -> impl Iterator<Item = &String> {
+    let materials = root.materials.iter().filter_map(|m| m.extensions.as_ref());
+    let textures = root.textures.iter().filter_map(|t| t.extensions.as_ref());
+    let nodes = root.nodes.iter().filter_map(|n| n.extensions.as_ref());
+    let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let primitives = primitives.filter_map(|p| p.extensions.as_ref());
+    (materials.flat_map(|of| of.others.keys()))
+        .chain(textures.flat_map(|of| of.others.keys()))
+        .chain(nodes.flat_map(|of| of.others.keys()))
+        .chain(primitives.flat_map(|of| of.others.keys()))
 }
 
 fn undecoded(name: &str) -> String {

@@ -34,9 +34,9 @@ pub(super) struct Entry {
 }
 
 /// Words that change the light on surfaces and are not read. `Ks`, `Ns` and `Ka` are of a model of light that is not drawn.
-const UNREAD: [&str; 13] = [
+const UNREAD: [&str; 14] = [
     "Ps", "map_Ps", "Pc", "Pcr", "aniso", "anisor", "bump", "map_bump", "map_Bump", "disp", "refl",
-    "map_RMA", "map_ORM",
+    "decal", "map_RMA", "map_ORM",
 ];
 
 impl Entry {

@@ -37,6 +37,8 @@ pub(super) struct Library<'a> {
     read: BTreeSet<PathBuf>,
     /// Lines that named files.
     mentioned: HashSet<String>,
+    /// Whether a note says that materials are plain.
+    is_told: bool,
     entries: HashMap<String, Entry>,
     places: HashMap<String, usize>,
     textures: Pictures,
@@ -61,6 +63,7 @@ impl<'a> Library<'a> {
             names,
             read: BTreeSet::new(),
             mentioned: HashSet::new(),
+            is_told: false,
             entries: HashMap::new(),
             places: HashMap::new(),
             textures: Pictures::default(),
@@ -89,7 +92,10 @@ impl<'a> Library<'a> {
                     self.read.insert(path);
                 }
                 // Many models come without it, and are meant to be seen with a picture of the user's.
-                Err(what) => notes.say(format!("material file {what}: its materials are plain")),
+                Err(what) => {
+                    self.is_told = true;
+                    notes.say(format!("material file {what}: its materials are plain"));
+                }
             }
         }
         Ok(())
@@ -106,7 +112,17 @@ impl<'a> Library<'a> {
             return Ok(place);
         }
         let material = match self.entries.remove(name) {
-            None => plain(name),
+            None => {
+                // Where a file is missing, a note says so already.
+                if !name.is_empty() && !self.is_told {
+                    self.is_told = true;
+                    notes.say(format!(
+                        "material '{}' is described by no material file: it is plain, as are others like it",
+                        files::excerpt(name)
+                    ));
+                }
+                plain(name)
+            }
             Some(entry) => self
                 .material(name, &entry, notes)
                 .map_err(|what| format!("material '{}': {what}", files::excerpt(name)))?,

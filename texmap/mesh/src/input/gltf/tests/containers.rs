@@ -109,6 +109,25 @@ fn extensions_that_are_left_out_are_named_once() {
 }
 
 #[test]
+fn extensions_that_a_file_has_and_does_not_list_are_named() {
+    let mut maker = Maker::default();
+    let meshes = square(&mut maker);
+    let clearcoat = json!({ "KHR_materials_clearcoat": { "clearcoatFactor": 1.0 } });
+    let rest = json!({
+        "meshes": meshes,
+        "materials": [{ "extensions": clearcoat.clone() }, { "extensions": clearcoat }],
+    });
+    let (_, notes) = maker
+        .load_with(rest, &LoadOptions::default())
+        .expect("a good file");
+    assert!(
+        notes.said.len() == 1 && notes.said[0].contains("KHR_materials_clearcoat"),
+        "{:?}",
+        notes.said
+    );
+}
+
+#[test]
 fn what_the_specification_allows_is_read() {
     let mut maker = Maker::default();
     let meshes = square(&mut maker);

@@ -143,3 +143,27 @@ fn light_that_is_not_read_is_named() {
         "{notes:?}"
     );
 }
+
+#[test]
+fn materials_that_no_file_describes_are_named_once() {
+    let folder = Folder::new();
+    folder.write("a.mtl", "newmtl other\nKd 1 0 0\n");
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\n";
+    let faces = "usemtl m\nf 1 2 3\nusemtl n\nf 3 2 1\n";
+    for files in ["mtllib a.mtl\n", ""] {
+        let Loaded { notes, .. } = folder
+            .load(format!("{files}{square}{faces}"))
+            .expect("a good file");
+        assert!(
+            notes.len() == 1 && notes[0].contains("'m'") && notes[0].contains("plain"),
+            "{notes:?}"
+        );
+    }
+    let Loaded { notes, .. } = folder
+        .load(format!("mtllib none.mtl\n{square}{faces}"))
+        .expect("a good file");
+    assert!(
+        notes.len() == 1 && notes[0].contains("none.mtl"),
+        "one note for a file that is missing: {notes:?}"
+    );
+}

@@ -1,0 +1,121 @@
+//! How dense facets are on a surface with bumps that are too small to be seen.
+//!
+//! Slopes of facets are spread as GGX has it, slopes of bumps as a Gaussian; both together are spread as the two blurred by one another. GGX
+//! is a mix of Gaussians: with alpha squared a, its density at slope s is the integral of exp(-t) G(s; a / t) over t > 0, where G(s; v) =
+//! exp(-s^2 / v) / (pi v). A Gaussian of bumps with variance b (sum of both axes) makes each of them G(s; a / t + b). The table holds what this is of
+//! the plain GGX with alpha squared a + b, which has its tails where the sum has few.
+
+use std::sync::LazyLock;
+
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
+
+use crate::screen::lanes::LANES;
+
+/// Nodes along each side: the shape is smooth, and bilinear between them to 0.3 %.
+const SIDE: usize = 33;
+
+/// By b / (a + b), then by s^2 / (a + b + s^2).
+static SHAPE: LazyLock<Vec<f32>> = LazyLock::new(|| {
+    let share = |k: usize| k as f64 / (SIDE - 1) as f64;
+    (0..SIDE * SIDE)
+        .map(|node| at(share(node / SIDE), share(node % SIDE)) as f32)
+        .collect()
+});
+
+/// The density of slopes over that of the plain GGX.
+fn at(of_bumps: f64, away: f64) -> f64 {
+    if away == 1.0 {
+        // Far away only the tails of facets are left.
+        return 1.0 - of_bumps;
+    }
+    let square = away / (1.0 - away);
+    let plain = (1.0 + square).powi(-2);
+    if of_bumps == 1.0 {
+        return (-square).exp() / plain;
+    }
+    // In units of a + b; over the logarithm of t, where the integrand is smooth and falls off at both ends.
+    let (step, count) = (0.1, 240);
+    let mut sum = 0.0;
+    for k in 0..count {
+        let t = (-20.0 + step * f64::from(k)).exp();
+        let variance = (1.0 - of_bumps) / t + of_bumps;
+        sum += t * (-t - square / variance).exp() / variance;
+    }
+    sum * step / plain
+}
+
+/// What bumps make of the density of facets, by their part of the sum of variances, and by s^2 / (a + b + s^2).
+#[inline(always)]
+pub(super) fn shape<S: Simd>(simd: S, of_bumps: f32x16<S>, away: f32x16<S>) -> f32x16<S> {
+    let splat = |v: f32| f32x16::splat(simd, v);
+    let last = (SIDE - 1) as f32;
+    let scaled = |v: f32x16<S>| v.max(splat(0.0)).min(splat(1.0)) * splat(last);
+    let (mut rows, mut columns) = ([0.0; LANES], [0.0; LANES]);
+    scaled(of_bumps).store_slice(&mut rows);
+    scaled(away).store_slice(&mut columns);
+    let table = &**SHAPE;
+    let mut out = [1.0; LANES];
+    for lane in 0..LANES {
+        let row = (rows[lane] as usize).min(SIDE - 2);
+        let column = (columns[lane] as usize).min(SIDE - 2);
+        let (down, right) = (rows[lane] - row as f32, columns[lane] - column as f32);
+        let first = row * SIDE + column;
+        let mixed = |place: usize| table[place] + (table[place + 1] - table[place]) * right;
+        let (top, low) = (mixed(first), mixed(first + SIDE));
+        out[lane] = top + (low - top) * down;
+    }
+    f32x16::from_slice(simd, &out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_bumps_the_shape_is_that_of_facets() {
+        for k in 0..10 {
+            let found = at(0.0, f64::from(k) / 10.0);
+            assert!((found - 1.0).abs() < 1e-6, "{k}: {found}");
+        }
+    }
+
+    #[test]
+    fn no_facets_are_lost_whatever_the_bumps() {
+        // The density over all slopes: the integral of shape * (1 + y)^-2 over y is that of shape over z = y / (1 + y).
+        for of_bumps in [0.1, 0.5, 0.9] {
+            let count = 2000;
+            let place = |k: i32| (f64::from(k) + 0.5) / f64::from(count);
+            let sum: f64 = (0..count).map(|k| at(of_bumps, place(k))).sum();
+            let mean = sum / f64::from(count);
+            assert!((mean - 1.0).abs() < 1e-3, "{of_bumps}: {mean}");
+        }
+    }
+
+    #[test]
+    fn bumps_blur_the_density_of_slopes() {
+        // The GGX blurred by brute force along a line through its middle.
+        let (a, b) = (0.04f64, 0.02f64);
+        let facets = |x: f64, y: f64| a / (std::f64::consts::PI * (a + x * x + y * y).powi(2));
+        for s in [0.0, 0.1, 0.3, 0.6] {
+            let (step, reach) = (0.005, 120);
+            let (mut sum, mut whole) = (0.0, 0.0);
+            for i in -reach..=reach {
+                for j in -reach..=reach {
+                    let (x, y) = (f64::from(i) * step, f64::from(j) * step);
+                    let weight = (-(x * x + y * y) / b).exp();
+                    sum += weight * facets(s - x, y);
+                    whole += weight;
+                }
+            }
+            let all = a + b;
+            let plain = all / (std::f64::consts::PI * (all + s * s).powi(2));
+            let found = plain * at(b / all, s * s / (all + s * s));
+            let truth = sum / whole;
+            assert!(
+                (found / truth - 1.0).abs() < 1e-3,
+                "slope {s}: {found} of {truth}"
+            );
+        }
+    }
+}
