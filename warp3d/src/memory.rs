@@ -211,7 +211,7 @@ fn around_windows(pixels: u64, blocks: u64, options: &WarpOptions) -> u64 {
 #[cfg(feature = "input")]
 pub(crate) fn survey_bytes([width, height]: [usize; 2], band_rows: usize) -> u64 {
     let samples = width as u64 * height as u64;
-    samples * 4 / 7 + samples / 4 + (width * band_rows) as u64 * 40 + PROGRAM
+    samples * 4 / 7 + samples / 4 + (width * band_rows) as u64 * 72 + PROGRAM
 }
 
 /// Refuses a warp that takes more than `max_bytes`.

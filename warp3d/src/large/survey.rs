@@ -135,7 +135,12 @@ fn sharpen(sheet: &Sheet, projection: Projection, edges: Edges) -> Result<(), Er
         let mut depth = std::mem::take(&mut above);
         let before = depth.len();
         depth.extend(sheet.read(Kind::Depth, &rows)?);
-        let sharp = sharpened(projection, &depth, width, edges);
+        let around = Rect {
+            first: [0, first - before / width],
+            size: [width, depth.len() / width],
+        };
+        let colours = sheet.colours(&around)?;
+        let sharp = sharpened(projection, (&depth, &colours), width, edges);
         let own = before..before + (end - first) * width;
         sheet.write(Kind::Depth, [0, first], &sharp[own.clone()])?;
         above = depth[own.end.saturating_sub(ramps::HALO * width)..own.end].to_vec();
