@@ -76,6 +76,7 @@ fn print_row(
         Softening::Blurred(sigma) => format!("blurred by {sigma} px"),
         Softening::Linear(step) => format!("enlarged {step}x, linear"),
         Softening::Cubic(step) => format!("enlarged {step}x, cubic"),
+        Softening::Guided(sigma) => format!("blurred by {sigma} px, guided"),
         Softening::Jpeg(quality) => format!("8-bit JPEG, quality {quality}"),
     });
     let nearest = warped(

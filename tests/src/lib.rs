@@ -45,4 +45,5 @@ pub mod warp_measure;
 pub mod warp_pairs;
 pub mod warp_scenes;
 pub mod warp_soft;
+pub mod warp_thicket;
 pub mod warp_truth;

@@ -18,6 +18,8 @@ use crate::warp_truth::Truth;
 pub enum Body {
     /// A flat card: centre, half axes.
     Card(DVec3, DVec3, DVec3),
+    /// A flat ellipse: centre, half axes.
+    Leaf(DVec3, DVec3, DVec3),
     /// A sphere: centre, radius.
     Sphere(DVec3, f64),
 }
@@ -159,13 +161,22 @@ impl AnalyticScene {
 
 impl Body {
     fn hit(&self, eye: DVec3, direction: DVec3) -> Option<f64> {
+        // How far along the two half axes a plane is met, in parts of these.
+        let on_plane = |centre: DVec3, u: DVec3, v: DVec3| {
+            let normal = u.cross(v);
+            let t = normal.dot(centre - eye) / normal.dot(direction);
+            let offset = eye + t * direction - centre;
+            let part = |axis: DVec3| offset.dot(axis) / axis.length_squared();
+            (t, part(u), part(v))
+        };
         match *self {
             Self::Card(centre, u, v) => {
-                let normal = u.cross(v);
-                let t = normal.dot(centre - eye) / normal.dot(direction);
-                let offset = eye + t * direction - centre;
-                let inside = |axis: DVec3| offset.dot(axis).abs() <= axis.length_squared();
-                (t > 1e-6 && inside(u) && inside(v)).then_some(t)
+                let (t, along, across) = on_plane(centre, u, v);
+                (t > 1e-6 && along.abs() <= 1.0 && across.abs() <= 1.0).then_some(t)
+            }
+            Self::Leaf(centre, u, v) => {
+                let (t, along, across) = on_plane(centre, u, v);
+                (t > 1e-6 && along.hypot(across) <= 1.0).then_some(t)
             }
             Self::Sphere(centre, radius) => {
                 let to = eye - centre;

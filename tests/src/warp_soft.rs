@@ -25,6 +25,9 @@ pub enum Softening {
     Linear(usize),
     /// Every n-th sample, and a cubic of four taps (Keys 1981), which overshoots.
     Cubic(usize),
+    /// Blurred by this sigma, px, and filtered by the picture's brightness (the guided filter of He, Sun and Tang 2010, with a
+    /// window of twice the sigma): sharp where the picture has contrast, soft elsewhere.
+    Guided(f64),
     /// Rounded to 8 bits between the least and the greatest number, and packed as JPEG of this quality, 1 to 100.
     Jpeg(f64),
 }
@@ -48,6 +51,7 @@ pub fn softened(reference: &Reference, numbers: Numbers, how: Softening) -> Refe
     };
     let soft = match how {
         Softening::Blurred(sigma) => plane.blurred(sigma),
+        Softening::Guided(sigma) => plane.blurred(sigma).guided(&reference.colour, sigma),
         Softening::Linear(step) => plane.enlarged(step, linear),
         Softening::Cubic(step) => plane.enlarged(step, keys),
         Softening::Jpeg(quality) => plane.packed(quality),
@@ -93,6 +97,46 @@ impl Plane {
         };
         let rows = self.of(|x, y| mean(&|i| self.at(x + i, y)));
         rows.of(|x, y| mean(&|i| rows.at(x, y + i)))
+    }
+
+    /// The mean over a window of this reach, which ends where the plane does.
+    fn mean(&self, reach: i64) -> Self {
+        let along = |from: i64, count: usize, value: &dyn Fn(i64) -> f64| {
+            let window = (from - reach).max(0)..(from + reach + 1).min(count as i64);
+            window.clone().map(value).sum::<f64>() / (window.end - window.start) as f64
+        };
+        let rows = self.of(|x, y| along(x, self.width, &|i| self.at(i, y)));
+        rows.of(|x, y| along(y, self.height, &|i| rows.at(x, i)))
+    }
+
+    /// The guided filter: in each window the numbers are a straight line over the brightness, and what the windows around a
+    /// sample say is averaged.
+    fn guided(&self, colours: &[[f32; 3]], sigma: f64) -> Self {
+        // Variance of brightness below which a window is flat: a contrast of 0.1.
+        const FLAT: f64 = 0.01;
+        let reach = (2.0 * sigma).ceil() as i64;
+        let guide = Self {
+            values: colours
+                .iter()
+                .map(|rgb| f64::from((rgb[0] + rgb[1] + rgb[2]) / 3.0).sqrt())
+                .collect(),
+            ..*self
+        };
+        let product = |a: &Self, b: &Self| Self {
+            values: a.values.iter().zip(&b.values).map(|(a, b)| a * b).collect(),
+            ..*self
+        };
+        let (mean_guide, mean) = (guide.mean(reach), self.mean(reach));
+        let squares = product(&guide, &guide).mean(reach);
+        let products = product(&guide, self).mean(reach);
+        let slope = self.of(|x, y| {
+            let variance = squares.at(x, y) - mean_guide.at(x, y).powi(2);
+            let covariance = products.at(x, y) - mean_guide.at(x, y) * mean.at(x, y);
+            covariance / (variance + FLAT)
+        });
+        let base = self.of(|x, y| mean.at(x, y) - slope.at(x, y) * mean_guide.at(x, y));
+        let (slope, base) = (slope.mean(reach), base.mean(reach));
+        self.of(|x, y| slope.at(x, y) * guide.at(x, y) + base.at(x, y))
     }
 
     /// Samples `step / 2`, `step / 2 + step` and so on, and what `weights` make of four neighbours between them.

@@ -32,11 +32,15 @@ pub(crate) struct Prepared {
 impl Prepared {
     /// Finds surfaces and edges of `reference`, whose depth is made sharp where it is soft.
     pub(crate) fn new(reference: Reference, options: &SurfaceOptions) -> Self {
-        let Reference { camera, depth, .. } = &reference;
+        let Reference {
+            camera,
+            colour,
+            depth,
+        } = &reference;
         let width = camera.width as usize;
         let sharp = match Edges::of(camera.projection, depth, width) {
             Edges::Sharp => depth.clone(),
-            edges => sharpened_in_bands(camera.projection, depth, width, edges),
+            edges => sharpened_in_bands(camera.projection, (depth, colour), width, edges),
         };
         Self::with_depth(reference, sharp, options)
     }

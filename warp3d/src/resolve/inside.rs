@@ -17,7 +17,7 @@ use crate::prepared::Prepared;
 use crate::project::narrow;
 use crate::resolve::colour::{
     BENT_VARIANCE, EightFilters, EightWeights, FILTERS, Footprint, LEAST_VARIANCE, Lookup, NOWHERE,
-    Taps, Weights, by_place, eight_axes, eight_samples, small_form, through,
+    Taps, Weights, by_place, eight_axes, eight_samples, held, small_form, through,
 };
 use crate::surfaces::patch::Patch;
 use crate::surfaces::piece::{ANTI, KINDS, NO_PATCH, cell_of, is_triangle};
@@ -222,7 +222,9 @@ impl Run {
                     .then_some(&self.turned[lane]),
             };
             let (samples, width) = (&colours.coefficients, surfaces.size[0]);
-            return weights.sum(simd, samples, sample as usize - width - 1, width);
+            let first = sample as usize - width - 1;
+            let colour = weights.sum(simd, samples, first, width);
+            return held(simd, colour, self.resolution[lane], (samples, first, width));
         }
         let patch = Patch::new(surfaces, self.pieces[lane]);
         let base = [0, 1].map(|axis| f64::from(self.base[axis][lane]));

@@ -2,16 +2,19 @@
 //!
 //! Along a row or column a ramp is a run of steps of inverse depth that are much larger than those before and behind it.
 //! Exact depth steps from one surface to the other at once. So a map whose edges are ramps for the most part was
-//! softened, and only then are its ramps cut: half way, in the numbers in which they are symmetric, and each sample moves
-//! to the surface on its side. In a map whose edges are sharp nothing changes.
+//! softened, and only then are its ramps cut: where the picture has an edge, else half way, in the numbers in which they
+//! are symmetric; and each sample moves to the surface on its side. In a map whose edges are sharp nothing changes.
 //!
 //! Limits: a wall seen at a grazing angle looks like a ramp in a softened map, and a thing that is thinner than the
 //! blur keeps the depth that is left of it.
+
+mod sides;
 
 use rayon::prelude::*;
 use resample_core::Projection;
 
 use crate::view::warp::disparity;
+use sides::{Choice, take_sides};
 
 /// Most steps of a ramp to either side of its largest one: a Gaussian of 4 px, or an enlargement by 8 with a cubic.
 const REACH: usize = 12;
@@ -36,8 +39,9 @@ const LEAST_JUMP: f32 = 0.03;
 const FLAT: usize = 4;
 const TURN: f32 = 0.01;
 
-/// Rows around a sample on which its sharpened depth depends: both halves of a ramp, and the slopes beside it.
-pub(crate) const HALO: usize = 2 * REACH + 8;
+/// Rows around a sample on which its sharpened depth depends: both halves of a ramp, and the slopes beside it, of the samples
+/// from which it hears.
+pub(crate) const HALO: usize = 2 * REACH + 8 + sides::REACH;
 
 /// How the edges of a depth map are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -143,6 +147,26 @@ fn is_flat_around(line: &[f32], ramp: &Ramp) -> bool {
     !before.chain(ramp.last..ramp.last + FLAT).any(turns)
 }
 
+/// The farthest samples before and behind a ramp that belong to a surface so narrow that the next ramp begins at once; `None`
+/// where it is not narrow.
+fn turns(line: &[f32], ramp: &Ramp) -> [Option<usize>; 2] {
+    let rise = line[ramp.last] - line[ramp.first];
+    let falls = |rise: f32, from: Option<&f32>, to: Option<&f32>| {
+        from.zip(to)
+            .is_some_and(|(from, to)| (from - to) / rise > TURN)
+    };
+    let before = |k: usize| ramp.first.checked_sub(k).and_then(|at| line.get(at));
+    let behind = |k: usize| line.get(ramp.last + k);
+    [
+        (0..FLAT)
+            .find(|&k| falls(-rise, before(k), before(k + 1)))
+            .map(|k| ramp.first - k),
+        (0..FLAT)
+            .find(|&k| falls(rise, behind(k), behind(k + 1)))
+            .map(|k| ramp.last + k),
+    ]
+}
+
 /// How far a ramp's centre of gravity lies from the place where it is half way, samples.
 fn skew(ramp: &[f32]) -> f64 {
     let number = |i: usize| f64::from(ramp[i]);
@@ -159,13 +183,13 @@ fn skew(ramp: &[f32]) -> f64 {
     (gravity - crossing).abs()
 }
 
-/// Rows that are sharpened together: with [`HALO`] above and below, a sixteenth more than without.
+/// Rows that are sharpened together: with [`HALO`] above and below, a twelfth more than without.
 const BAND: usize = 1024;
 
 /// As [`sharpened`], with the memory that it takes beside for a band of rows alone.
 pub(crate) fn sharpened_in_bands(
     projection: Projection,
-    depth: &[f32],
+    (depth, colours): (&[f32], &[[f32; 3]]),
     width: usize,
     edges: Edges,
 ) -> Vec<f32> {
@@ -173,59 +197,67 @@ pub(crate) fn sharpened_in_bands(
     let mut sharp = Vec::with_capacity(depth.len());
     for first in (0..height).step_by(BAND) {
         let (from, end) = (first.saturating_sub(HALO), (first + BAND).min(height));
-        let around = &depth[from * width..(end + HALO).min(height) * width];
-        let band = sharpened(projection, around, width, edges);
+        let around = from * width..(end + HALO).min(height) * width;
+        let given = (&depth[around.clone()], &colours[around]);
+        let band = sharpened(projection, given, width, edges);
         sharp.extend_from_slice(&band[(first - from) * width..(end - from) * width]);
     }
     sharp
 }
 
-/// Camera z with its soft edges made sharp.
+/// Camera z with its soft edges made sharp, where the picture's `colours` have edges.
 pub(crate) fn sharpened(
     projection: Projection,
-    depth: &[f32],
+    (depth, colours): (&[f32], &[[f32; 3]]),
     width: usize,
     edges: Edges,
 ) -> Vec<f32> {
     let height = depth.len() / width;
-    let surfaces = numbers_of(projection, depth, Edges::SoftInDisparity);
+    let mut surfaces = numbers_of(projection, depth, Edges::SoftInDisparity);
     let numbers = numbers_of(projection, depth, edges);
-    // The better proposal so far: the largest step of its ramp, and the disparity.
-    let mut rows = vec![(0.0f32, 0.0f32); depth.len()];
-    rows.par_chunks_mut(width)
+    // The better one so far: that of the ramp with the largest step.
+    let mut choices = vec![Choice::default(); depth.len()];
+    choices
+        .par_chunks_mut(width)
         .zip(numbers.par_chunks(width))
         .zip(surfaces.par_chunks(width))
         .for_each(|((to, numbers), line)| {
-            propose(numbers, line, |at, step, value| to[at] = (step, value))
+            choose(numbers, line, |at, choice| {
+                to[at] = to[at].or_steeper(choice)
+            });
         });
-    let columns: Vec<Vec<(usize, f32, f32)>> = (0..width)
+    let columns: Vec<Vec<(usize, Choice)>> = (0..width)
         .into_par_iter()
         .map(|x| {
             let column =
                 |of: &[f32]| -> Vec<f32> { (0..height).map(|y| of[y * width + x]).collect() };
-            let mut proposed = Vec::new();
-            propose(&column(&numbers), &column(&surfaces), |y, step, value| {
-                proposed.push((y * width + x, step, value))
+            let mut found = Vec::new();
+            choose(&column(&numbers), &column(&surfaces), |y, choice| {
+                found.push((y * width + x, choice))
             });
-            proposed
+            found
         })
         .collect();
-    for (at, step, value) in columns.into_iter().flatten() {
-        if step > rows[at].0 {
-            rows[at] = (step, value);
-        }
+    for (at, choice) in columns.into_iter().flatten() {
+        choices[at] = choices[at].or_steeper(choice);
     }
-    let sharp = |(&z, &(step, d)): (&f32, &(f32, f32))| match projection {
-        _ if step == 0.0 => z,
+    take_sides(&mut surfaces, &choices, colours, width);
+    let sharp = |((&z, choice), &d): ((&f32, &Choice), &f32)| match projection {
+        _ if choice.step == 0.0 => z,
         Projection::Perspective => 1.0 / d,
         Projection::Orthographic => d,
     };
-    depth.par_iter().zip(&rows).map(sharp).collect()
+    let choices = choices.par_iter();
+    depth
+        .par_iter()
+        .zip(choices)
+        .zip(&surfaces)
+        .map(sharp)
+        .collect()
 }
 
-/// Calls `to(sample, relative size of the largest step, disparity)` for the samples inside the ramps of a line of
-/// `numbers`, whose disparities are `line`.
-fn propose(numbers: &[f32], line: &[f32], mut to: impl FnMut(usize, f32, f32)) {
+/// Calls `to(sample, what it may be)` for the samples inside the ramps of a line of `numbers`, whose disparities are `line`.
+fn choose(numbers: &[f32], line: &[f32], mut to: impl FnMut(usize, Choice)) {
     for ramp in ramps(numbers).filter(|ramp| ramp.last - ramp.first >= 2) {
         let (first, last) = (line[ramp.first], line[ramp.last]);
         let half = 0.5 * (numbers[ramp.first] + numbers[ramp.last]);
@@ -234,20 +266,27 @@ fn propose(numbers: &[f32], line: &[f32], mut to: impl FnMut(usize, f32, f32)) {
             .fold(0.0, f32::max);
         let before = slope(line, ramp.first, -1, largest);
         let behind = slope(line, ramp.last, 1, largest);
-        for at in ramp.first + 1..ramp.last {
-            let is_first = (numbers[at] - half) * (numbers[ramp.first] - half) >= 0.0;
-            let value = if is_first {
-                first + before * (at - ramp.first) as f32
-            } else {
-                last - behind * (ramp.last - at) as f32
-            };
+        let turns = turns(line, &ramp);
+        let from = turns[0].unwrap_or(ramp.first + 1);
+        let end = turns[1].unwrap_or(ramp.last - 1);
+        for at in from..=end {
             // A surface goes on in front of its horizon.
-            let value = if value > 0.0 {
-                value
-            } else {
-                [last, first][usize::from(is_first)]
+            let on = |value: f32, end: f32| if value > 0.0 { value } else { end };
+            let from_first = on(first + before * (at as f32 - ramp.first as f32), first);
+            let from_last = on(last - behind * (ramp.last as f32 - at as f32), last);
+            // From -1 at the first sample to 1 at the last one.
+            let lean = match at {
+                _ if at <= ramp.first => -1.0,
+                _ if at >= ramp.last => 1.0,
+                _ => (numbers[at] - half) / (numbers[ramp.last] - half),
             };
-            to(at, ramp.step, value);
+            let choice = Choice {
+                step: ramp.step,
+                sides: [from_first, from_last],
+                lean: lean.clamp(-1.0, 1.0),
+                turns: turns.map(|turn| turn.is_some()),
+            };
+            to(at, choice.ordered());
         }
     }
 }

@@ -201,7 +201,7 @@ fn product<S: Simd>(simd: S, rows: &[f32x16<S>; 4], taps: &Taps) -> f32x16<S> {
 
 /// Four samples of three numbers each as four of four, of which the fourth says nothing.
 #[inline(always)]
-fn side_by_side<S: Simd>(packed: f32x16<S>) -> f32x16<S> {
+pub(super) fn side_by_side<S: Simd>(packed: f32x16<S>) -> f32x16<S> {
     let (low, high) = packed.split();
     // r g b r, g b r g, b r g b.
     let ((first, second), (third, _)) = (low.split(), high.split());

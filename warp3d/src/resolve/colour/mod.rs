@@ -8,6 +8,7 @@
 
 mod area;
 mod cubic;
+mod held;
 mod points;
 mod rim;
 
@@ -20,6 +21,7 @@ use resample_core::point::PIXEL_SIGMA_PX;
 pub(crate) use crate::surfaces::colour_samples::{Coefficients, Colours, NOWHERE, eight_samples};
 use cubic::{Axis, across};
 pub(crate) use cubic::{EightWeights, Taps, Weights, by_place};
+pub(crate) use held::held;
 pub(crate) use points::{EightFilters, FILTERS, through};
 
 use crate::keys::weights;
@@ -191,7 +193,10 @@ impl Lookup<'_> {
     pub(crate) fn filtered<S: Simd>(&self, simd: S, hit: &Hit) -> [f32; 3] {
         let at = hit.pos_in_reference;
         match small_filter(hit.reference_from_screen) {
-            Some(form) => first_three(self.bent(simd, at, form)),
+            Some(form) => {
+                let resolution = hit.reference_from_screen.determinant().abs().sqrt();
+                first_three(self.bent(simd, at, form, resolution as f32))
+            }
             None => {
                 let footprint = Footprint::new(hit.reference_from_screen);
                 first_three(self.wide(simd, at, &footprint))
@@ -292,12 +297,12 @@ impl Lookup<'_> {
     /// The cubic reconstruction at a place.
     #[inline(always)]
     fn cubic<S: Simd>(&self, simd: S, at: DVec2) -> f32x4<S> {
-        self.bent(simd, at, [0.0; 3])
+        self.bent(simd, at, [0.0; 3], 1.0)
     }
 
-    /// The cubic reconstruction with a Gaussian of the small variance `form` (xx, xy, yy), px^2.
+    /// The cubic reconstruction with a Gaussian of the small variance `form` (xx, xy, yy), px^2, at a resolution.
     #[inline(always)]
-    pub(crate) fn bent<S: Simd>(&self, simd: S, at: DVec2, form: [f32; 3]) -> f32x4<S> {
+    fn bent<S: Simd>(&self, simd: S, at: DVec2, form: [f32; 3], resolution: f32) -> f32x4<S> {
         let corner = at - 0.5;
         // A place that rounding has put just before a sample is at it: otherwise the row before the first is asked for.
         let base = (corner + 1e-6).floor();
@@ -315,7 +320,11 @@ impl Lookup<'_> {
         };
         let width = self.surfaces.size[0];
         match self.clear_at(base) {
-            Some(index) => weights.sum(simd, &self.colours.coefficients, index - width - 1, width),
+            Some(index) => {
+                let (samples, first) = (&self.colours.coefficients, index - width - 1);
+                let colour = weights.sum(simd, samples, first, width);
+                held(simd, colour, resolution, (samples, first, width))
+            }
             None => self.cubic_at_rim(simd, base, &taps),
         }
     }

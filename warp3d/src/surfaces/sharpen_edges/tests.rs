@@ -68,7 +68,7 @@ fn a_ramp_becomes_the_two_walls_that_were_blurred() {
             let depth = blurred(sigma, is_depth);
             let edges = Edges::of(PERSPECTIVE, &depth, 41);
             assert_eq!(edges, expected, "sigma {sigma}");
-            let sharp = sharpened(PERSPECTIVE, &depth, 41, edges);
+            let sharp = sharpened(PERSPECTIVE, (&depth, &grey(&depth)), 41, edges);
             for (at, z) in sharp.iter().enumerate() {
                 let wall = walls((at % 41) as f64);
                 let error = (1.0 / f64::from(*z) - wall).abs() / wall;
@@ -87,8 +87,18 @@ fn unknown_samples_end_a_ramp() {
         .skip(20)
         .step_by(41)
         .for_each(|z| *z = f32::NAN);
-    let sharp = sharpened(PERSPECTIVE, &depth, 41, Edges::SoftInDisparity);
+    let sharp = sharpened(
+        PERSPECTIVE,
+        (&depth, &grey(&depth)),
+        41,
+        Edges::SoftInDisparity,
+    );
     for (before, after) in depth.iter().zip(&sharp) {
         assert_eq!(before.is_nan(), after.is_nan());
     }
+}
+
+/// A picture without an edge.
+fn grey(depth: &[f32]) -> Vec<[f32; 3]> {
+    vec![[0.5; 3]; depth.len()]
 }
