@@ -1,11 +1,38 @@
 //! Looks at the blurred surroundings, sixteen at a time.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x16, i32x16};
+use fearless_simd::{f32x4, f32x8, f32x16, i32x16};
 use glam::Vec4;
 
-use super::environment::{Environment, LEVELS, Map};
 use crate::screen::lanes::{LANES, Lanes};
+
+/// Roughnesses for which radiance is kept: 0, 1/12, ..., 1.
+pub(crate) const LEVELS: usize = 13;
+
+/// Maps of radiance behind one another, so that a look needs no way to its map.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Blurred {
+    /// Rows of `side` + 2 texels, level by level.
+    texels: Vec<[f32; 4]>,
+    /// Where each level begins, and texels along its side without the border.
+    starts: Vec<i32>,
+    sides: Vec<f32>,
+}
+
+impl Blurred {
+    /// Adds the next level.
+    pub(crate) fn push(&mut self, side: usize, texels: &[Vec4]) {
+        self.starts.push(self.texels.len() as i32);
+        self.sides.push(side as f32);
+        self.texels.extend(texels.iter().map(Vec4::to_array));
+    }
+
+    /// All texels.
+    #[cfg(test)]
+    pub(crate) fn texels(&self) -> &[[f32; 4]] {
+        &self.texels
+    }
+}
 
 /// Where to look.
 pub(super) struct Looks {
@@ -46,11 +73,11 @@ impl Looks {
     }
 }
 
-/// The radiance of the environment.
+/// The radiance of the surroundings.
 #[inline(always)]
 pub(super) fn look_around<S: Simd>(
     simd: S,
-    environment: &Environment,
+    blurred: &Blurred,
     at: &Looks,
     count: usize,
     out: &mut [[f32; LANES]; 3],
@@ -60,20 +87,20 @@ pub(super) fn look_around<S: Simd>(
     let mut shares = [0.0; LANES];
     (level - first).store_slice(&mut shares);
     let levels: i32x16<S> = first.to_int_precise();
-    let mut maps = [[&environment.levels[0]; LANES]; 2];
-    let mut sides = [[0.0; LANES]; 2];
+    let (mut starts, mut sides) = ([[0; LANES]; 2], [[0.0; LANES]; 2]);
     for lane in 0..LANES {
-        let pair = &environment.levels[levels[lane] as usize..][..2];
+        let level = levels[lane] as usize;
         for k in 0..2 {
-            maps[k][lane] = &pair[k];
-            sides[k][lane] = pair[k].side as f32;
+            starts[k][lane] = blurred.starts[level + k];
+            sides[k][lane] = blurred.sides[level + k];
         }
     }
-    let fine = InMaps::new(simd, &sides[0], at);
-    let coarse = InMaps::new(simd, &sides[1], at);
+    let fine = InMaps::new(simd, (&starts[0], &sides[0]), at);
+    let coarse = InMaps::new(simd, (&starts[1], &sides[1]), at);
+    let texels = blurred.texels.as_flattened();
     for lane in 0..count {
-        let near = fine.look(simd, maps[0][lane], lane);
-        let far = coarse.look(simd, maps[1][lane], lane);
+        let near = fine.look(simd, texels, lane);
+        let far = coarse.look(simd, texels, lane);
         let radiance = (far - near).mul_add(f32x4::splat(simd, shares[lane]), near);
         out[0][lane] = radiance[0];
         out[1][lane] = radiance[1];
@@ -83,8 +110,9 @@ pub(super) fn look_around<S: Simd>(
 
 /// Where to look in one map each.
 struct InMaps {
-    /// The upper left texel.
+    /// The upper left texel, and those from one row to the next.
     place: [i32; LANES],
+    stride: [i32; LANES],
     /// Shares of the right and of the lower ones.
     right: Lanes,
     lower: Lanes,
@@ -92,7 +120,7 @@ struct InMaps {
 
 impl InMaps {
     #[inline(always)]
-    fn new<S: Simd>(simd: S, sides: &Lanes, at: &Looks) -> Self {
+    fn new<S: Simd>(simd: S, (starts, sides): (&[i32; LANES], &Lanes), at: &Looks) -> Self {
         let half = f32x16::splat(simd, 0.5);
         let side = f32x16::from_slice(simd, sides);
         let x = f32x16::from_slice(simd, &at.x) * side + half;
@@ -101,44 +129,55 @@ impl InMaps {
         let stride = side + f32x16::splat(simd, 2.0);
         let mut new = Self {
             place: [0; LANES],
+            stride: [0; LANES],
             right: [0.0; LANES],
             lower: [0.0; LANES],
         };
         // Whole numbers below 2^24. A place that is no number is at the corner.
         let place: i32x16<S> = (row * stride + column).to_int_precise();
-        place.store_slice(&mut new.place);
+        (place + i32x16::from_slice(simd, starts)).store_slice(&mut new.place);
+        let stride: i32x16<S> = stride.to_int_precise();
+        stride.store_slice(&mut new.stride);
         (x - column).store_slice(&mut new.right);
         (y - row).store_slice(&mut new.lower);
         new
     }
 
     #[inline(always)]
-    fn look<S: Simd>(&self, simd: S, map: &Map, lane: usize) -> f32x4<S> {
-        let place = (self.place[lane] as usize, map.side + 2);
-        four(
-            simd,
-            &map.texels,
-            place,
-            [self.right[lane], self.lower[lane]],
-        )
+    fn look<S: Simd>(&self, simd: S, texels: &[f32], lane: usize) -> f32x4<S> {
+        let place = 4 * self.place[lane] as usize;
+        let below = place + 4 * self.stride[lane] as usize;
+        // Two texels that stand beside each other are one vector.
+        let top = f32x8::from_slice(simd, &texels[place..place + 8]);
+        let low = f32x8::from_slice(simd, &texels[below..below + 8]);
+        let mixed = (low - top).mul_add(f32x8::splat(simd, self.lower[lane]), top);
+        let (left_side, right_side) = mixed.split();
+        (right_side - left_side).mul_add(f32x4::splat(simd, self.right[lane]), left_side)
     }
 }
 
-/// The mix of two by two texels.
+/// The mix of two by two nodes of eight numbers each.
 #[inline(always)]
 pub(super) fn four<S: Simd>(
     simd: S,
-    texels: &[Vec4],
+    nodes: &[[f32; 8]],
     (place, stride): (usize, usize),
     [right, lower]: [f32; 2],
-) -> f32x4<S> {
+) -> f32x8<S> {
     let (top, low) = (
-        &texels[place..place + 2],
-        &texels[place + stride..place + stride + 2],
+        &nodes[place..place + 2],
+        &nodes[place + stride..place + stride + 2],
     );
-    let texel = |texel: &Vec4| f32x4::simd_from(simd, texel.to_array());
-    let down = f32x4::splat(simd, lower);
-    let left_side = (texel(&low[0]) - texel(&top[0])).mul_add(down, texel(&top[0]));
-    let right_side = (texel(&low[1]) - texel(&top[1])).mul_add(down, texel(&top[1]));
-    (right_side - left_side).mul_add(f32x4::splat(simd, right), left_side)
+    let down = f32x8::splat(simd, lower);
+    let (a, b) = (
+        f32x8::from_slice(simd, &top[0]),
+        f32x8::from_slice(simd, &top[1]),
+    );
+    let (c, d) = (
+        f32x8::from_slice(simd, &low[0]),
+        f32x8::from_slice(simd, &low[1]),
+    );
+    let left_side = (c - a).mul_add(down, a);
+    let right_side = (d - b).mul_add(down, b);
+    (right_side - left_side).mul_add(f32x8::splat(simd, right), left_side)
 }

@@ -11,13 +11,11 @@ use glam::{Quat, Vec3, Vec4};
 use rayon::prelude::*;
 use resample_mesh::scene::Surroundings;
 
+use super::around::{Blurred, LEVELS};
 use super::octahedron::{direction_of_texel, folded, square_from_direction};
 use super::reflectance::{Reflectance, half_vector, visibility};
 use super::suns::Sun;
 use super::{studio, suns};
-
-/// Roughnesses for which radiance is kept: 0, 1/12, ..., 1.
-pub(crate) const LEVELS: usize = 13;
 
 /// Texels along the sides of the maps: a lobe spans a few texels of its own.
 const SIDES: [usize; LEVELS] = [256, 256, 128, 128, 64, 64, 32, 32, 32, 32, 32, 32, 32];
@@ -34,8 +32,8 @@ const PICTURE_SIDE: usize = 512;
 /// The light around the scene.
 #[derive(Clone, Debug)]
 pub(crate) struct Environment {
-    /// By roughness, the smoothest first.
-    pub(crate) levels: Vec<Map>,
+    /// Radiance by roughness, the smoothest first.
+    pub(crate) blurred: Blurred,
     /// Irradiance over pi of a surface with normal (x, y, z) is the sum of these times 1, x, y, z, xy, yz, zx,
     /// 3 y^2 - 1, z^2 - x^2.
     pub(crate) irradiance: [Vec3; 9],
@@ -57,7 +55,7 @@ impl Environment {
     /// The built-in studio, or the surroundings of a picture, turned about +y by an angle in radians.
     pub(crate) fn new(picture: Option<&Surroundings>, turn_rad: f32) -> Self {
         let turn = Quat::from_rotation_y(-turn_rad);
-        let mut coarser = Map::sharp(picture, turn).with_coarser();
+        let coarser = Map::sharp(picture, turn).with_coarser();
         let mut without = None;
         let mut suns = Vec::new();
         if let Some((found, rest)) = picture.and_then(suns::taken_out) {
@@ -76,12 +74,14 @@ impl Environment {
             Some(without) if level >= WITHOUT_SUNS => without,
             _ => &coarser,
         };
-        let mut levels: Vec<Map> = (1..LEVELS)
-            .map(|level| blurred(of_level(level), level))
-            .collect();
-        levels.insert(0, coarser.swap_remove(0));
+        let mut levels = Blurred::default();
+        levels.push(coarser[0].side, &coarser[0].texels);
+        for level in 1..LEVELS {
+            let map = blurred(of_level(level), level);
+            levels.push(map.side, &map.texels);
+        }
         Self {
-            levels,
+            blurred: levels,
             irradiance,
             reflectance: Reflectance::new(),
             suns,
@@ -288,9 +288,9 @@ mod tests {
             rgb: vec![[2.0; 3]; 32],
         };
         let environment = Environment::new(Some(&white), 0.3);
-        for map in &environment.levels {
-            let worst = |texel: &Vec4| (texel.truncate() - Vec3::splat(2.0)).abs().max_element();
-            assert!(map.texels.iter().map(worst).fold(0.0, f32::max) < 1e-4);
+        for &texel in environment.blurred.texels() {
+            let away = (Vec4::from(texel).truncate() - Vec3::splat(2.0)).abs();
+            assert!(away.max_element() < 1e-4, "{texel:?}");
         }
         let [first, rest @ ..] = environment.irradiance;
         assert!(

@@ -13,8 +13,8 @@ use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 use glam::Vec4;
 
-use super::around::{Looks, four, look_around};
-use super::environment::{Environment, LEVELS, WITHOUT_SUNS};
+use super::around::{LEVELS, Looks, four, look_around};
+use super::environment::{Environment, WITHOUT_SUNS};
 pub(crate) use super::inputs::Inputs;
 use super::lobes::{Lobe, Varied};
 use super::met::Met;
@@ -224,7 +224,7 @@ fn seen_in_lobe<S: Simd>(
         ];
         let level = f32x16::from_slice(simd, &even.lobe[look]);
         let at = Looks::new(simd, &towards, level);
-        look_around(simd, environment, &at, count, &mut seen[look]);
+        look_around(simd, &environment.blurred, &at, count, &mut seen[look]);
         lacking[look] = lacks_suns(simd, level);
     }
     let second = f32x16::from_slice(simd, &even.part_of_second);
@@ -322,13 +322,12 @@ impl Even {
             let place = row * reflectance::SIDE + column;
             let at = (place, reflectance::SIDE);
             let even = four(simd, &environment.reflectance.table, at, share);
-            let looks = four(simd, &environment.reflectance.looks, at, share);
             self.scale[lane] = even[0];
             self.offset[lane] = even[1];
             self.part_of_second[lane] = even[2];
             for look in 0..2 {
-                self.turn[look][lane] = looks[2 * look];
-                self.lobe[look][lane] = looks[2 * look + 1];
+                self.turn[look][lane] = even[3 + 2 * look];
+                self.lobe[look][lane] = even[4 + 2 * look];
             }
         }
     }

@@ -7,7 +7,7 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16};
-use glam::{DVec3, Vec3, Vec4};
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::stretched;
@@ -22,10 +22,9 @@ const SAMPLES: usize = 512;
 /// The reflectance of rough surfaces.
 #[derive(Clone, Debug)]
 pub(crate) struct Reflectance {
-    /// By roughness, then by the cosine: scale, offset, and the part of the second look.
-    pub(crate) table: Vec<Vec4>,
-    /// Likewise: where each look lies between the normal (0) and the mirrored eye (1), and the roughness of its lobe.
-    pub(crate) looks: Vec<Vec4>,
+    /// By roughness, then by the cosine: scale, offset, and the part of the second look; then where each look lies between the normal (0)
+    /// and the mirrored eye (1), and the roughness of its lobe; one number to make eight.
+    pub(crate) table: Vec<[f32; 8]>,
     /// By roughness: how far the lobe along the normal spreads, the logarithm of one over its mean direction's length; its
     /// fourth root, which is nearly a line.
     spread: Vec<f32>,
@@ -54,7 +53,6 @@ impl Reflectance {
         };
         let mut reflectance = Self {
             table: Vec::new(),
-            looks: Vec::new(),
             roughness: (0..INVERSE).map(inverse).collect(),
             spread,
         };
@@ -62,10 +60,16 @@ impl Reflectance {
             let share = |k: usize| k as f32 / (SIDE - 1) as f32;
             let looks = stretched::looks(share(node / SIDE), share(node % SIDE));
             let [one, other] = looks.looks;
-            let even = Vec4::new(lobe.scale, lobe.offset, looks.part_of_second, 0.0);
-            reflectance.table.push(even);
-            let looks = Vec4::new(one.turn, one.roughness, other.turn, other.roughness);
-            reflectance.looks.push(looks);
+            reflectance.table.push([
+                lobe.scale,
+                lobe.offset,
+                looks.part_of_second,
+                one.turn,
+                one.roughness,
+                other.turn,
+                other.roughness,
+                0.0,
+            ]);
         }
         reflectance
     }
