@@ -160,15 +160,19 @@ fn of_differences<S: Simd>(
         let place = vertex(shown.place[k]);
         for edge in 0..4 {
             let at = place + CELL_CORNERS[2 * edge];
-            differences[2 * edge][k] = table[at];
-            differences[2 * edge + 1][k] = table[at + 1];
+            differences[edge][k] = [table[at], table[at + 1]];
         }
     }
     for first in (0..shown.count).step_by(LANES) {
         let range = first..first + LANES;
         let mut corners = [u32x16::splat(simd, 0); 8];
-        for (corner, differences) in corners.iter_mut().zip(&*differences) {
-            *corner = u32x16::from_slice(simd, &differences[range.clone()]);
+        for edge in 0..4 {
+            let pairs = differences[edge][range.clone()].as_flattened();
+            let (first, second) = (
+                u32x16::from_slice(simd, &pairs[..LANES]),
+                u32x16::from_slice(simd, &pairs[LANES..]),
+            );
+            (corners[2 * edge], corners[2 * edge + 1]) = first.deinterleave(second);
         }
         let share = [
             f32x16::from_slice(simd, &shown.share[0][range.clone()]),
