@@ -1,23 +1,31 @@
 //! Where windows of a volume stand: the whole picture under two settings shows where it changes.
 //!
-//! For a root mean square, cells count by their contrast under the default and by the change to a dearer setting, and what
+//! For a root mean square, cells count by their contrast under the default and by the change to one with other rays and steps, and what
 //! windows miss of that change raises the error that they show; for a largest error those come first that change most.
 
 use anyhow::Result;
 use resample_core::{Camera, Image};
+use volsplat::Subpixels;
 
 use super::candidate::Candidate;
-use super::ladder::Ladder;
+use super::ladder::{Ladder, Rung};
 use super::pilot::{MOST_PREVIEW_PX, Pilot, Scene, preview_camera};
 use super::windows::{Cells, pixels};
+use crate::setting::Setting;
 
 /// Where the default changes a preview, it has all of a picture's pixels, up to this many along a side: at half of them the rims of
 /// plates have other contrast than in the picture, and windows missed them. Beyond, these previews would cost more than windows.
 const MOST_COMPARED_PX: u32 = 256;
 
-/// Work of the setting that the default is compared with, of the default's: it halves the error of the default or more on the front of
-/// four volumes (slabs of a quarter after those of a half).
-const BESIDE_WORK: f64 = 2.0;
+/// Work of the setting that ranks cells for a largest error, of the default's: with half of the slab and twice the sub-pixels along each
+/// side it errs neither in steps nor in rays where the default does.
+const RANKING_WORK: f64 = 8.0;
+
+/// Most sub-pixels along a pixel's side.
+const MOST_SUBPIXELS: u32 = 16;
+
+/// Voxels of the default's slab.
+const DEFAULT_SLAB: f64 = 0.5;
 
 impl Pilot {
     /// The cells of a picture by its contrast under the default, and by the change from there to a dearer setting.
@@ -28,7 +36,9 @@ impl Pilot {
         cells: &Cells,
     ) -> Result<Cells> {
         let camera = preview_camera(cells.camera(), 1, MOST_COMPARED_PX)?;
-        let [own, other] = self.two_settings(scene, ladder, &camera)?;
+        let (own, work) = self.under_default(scene, ladder, &camera)?;
+        let other = crossed(scene, work)?.unwrap_or_else(|| ladder.from_work(2.0 * work).clone());
+        let other = self.under(scene, ladder, &other, &camera)?;
         Ok(cells.with_steps(&own, &other))
     }
 
@@ -40,28 +50,61 @@ impl Pilot {
         cells: &Cells,
     ) -> Result<Cells> {
         let camera = *cells.camera();
-        let [own, other] = self.two_settings(scene, ladder, &camera)?;
+        let (own, work) = self.under_default(scene, ladder, &camera)?;
+        let other = self.under(
+            scene,
+            ladder,
+            ladder.from_work(RANKING_WORK * work),
+            &camera,
+        )?;
         Ok(cells.ranked(&own, &other))
     }
 
-    /// A picture under the default and under a setting of twice its work or more.
-    fn two_settings(
+    /// A picture under the default, and the place of the default on the ladder: its work beside that of a preview.
+    fn under_default(
         &mut self,
         scene: &mut Scene,
         ladder: &Ladder,
         camera: &Camera,
-    ) -> Result<[Image; 2]> {
+    ) -> Result<(Image, f64)> {
         let small = preview_camera(camera, 2, MOST_PREVIEW_PX)?;
         let (_, cheap) = self.drawn(scene, &Candidate::new(&ladder.preview), &small)?;
         scene.set(&ladder.default)?;
         let (own, work) = self.drawn(scene, &Candidate::new(&ladder.default), camera)?;
-        let cheap_each = cheap.growing / pixels(&small);
-        let default_work = ladder.preview.work * (work.growing / pixels(camera))
-            / cheap_each.max(f64::MIN_POSITIVE);
-        let beside = ladder.from_work(BESIDE_WORK * default_work);
-        scene.set(beside)?;
-        let (other, _) = self.drawn(scene, &Candidate::new(beside), camera)?;
-        scene.set(&ladder.preview)?;
-        Ok([own.image, other.image])
+        let cheap_each = (cheap.growing / pixels(&small)).max(f64::MIN_POSITIVE);
+        let own_each = work.growing / pixels(camera);
+        Ok((own.image, ladder.preview.work * own_each / cheap_each))
     }
+
+    /// A picture under another setting.
+    fn under(
+        &mut self,
+        scene: &mut Scene,
+        ladder: &Ladder,
+        rung: &Rung,
+        camera: &Camera,
+    ) -> Result<Image> {
+        scene.set(rung)?;
+        let (seen, _) = self.drawn(scene, &Candidate::new(rung), camera)?;
+        scene.set(&ladder.preview)?;
+        Ok(seen.image)
+    }
+}
+
+/// A setting of twice the work of a default of this work, whose rays and steps both lie elsewhere: twice the slab, and twice the
+/// sub-pixels along each side. One with the same rays shares the default's error at narrow peaks and rims, and does not show it.
+/// `None` where the typed options leave no such choice.
+fn crossed(scene: &Scene, default_work: f64) -> Result<Option<Rung>> {
+    let own = (DEFAULT_SLAB * default_work).sqrt().max(1.0);
+    let subpixels = 2 * (own.log2().round().exp2() as u32).min(MOST_SUBPIXELS / 2);
+    let setting = Setting::volume(&["slab", "subpixels"], |args| {
+        args.field.slab_voxels = 2.0 * DEFAULT_SLAB;
+        args.subpixels = Subpixels::Fixed(subpixels);
+    });
+    let setting = setting.without(&scene.typed);
+    let is_legal = scene.typed.with(&setting)?.is_legal();
+    Ok(is_legal.then_some(Rung {
+        setting,
+        work: 2.0 * default_work,
+    }))
 }

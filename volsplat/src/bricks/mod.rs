@@ -5,6 +5,7 @@ pub(crate) mod cells;
 pub(crate) mod cull;
 pub(crate) mod fill;
 pub(crate) mod gradients;
+mod layout;
 pub(crate) mod plan;
 pub(crate) mod scalars;
 mod shown;

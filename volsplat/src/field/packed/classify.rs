@@ -106,10 +106,12 @@ pub(super) fn light<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples) {
         }
     }
     let BetweenSteps { gradient, ray, .. } = &mut samples.between;
-    for k in 0..shown.count {
-        let pixel = (shown.place[k] >> PIXEL_SHIFT) as usize % (LANES * LANES);
-        for axis in 0..3 {
-            ray[axis][k] = job.view.ray_in_world[axis].as_flattened()[pixel];
+    let places = &shown.place[..shown.count];
+    for (ray, rays) in ray.iter_mut().zip(&job.view.ray_in_world) {
+        let rays = rays.as_flattened();
+        for (part, place) in ray.iter_mut().zip(places) {
+            one_by_one();
+            *part = rays[(place >> PIXEL_SHIFT) as usize % (LANES * LANES)];
         }
     }
     for first in (0..shown.count).step_by(EIGHT) {
@@ -136,9 +138,8 @@ fn of_vectors<S: Simd>(
 ) {
     for k in 0..shown.count {
         let vector = gradient_at(simd, table, shown, k);
-        for axis in 0..3 {
-            between.gradient[axis][k] = vector[axis];
-        }
+        let parts = between.gradient.iter_mut().zip(vector);
+        parts.for_each(|(part, value)| part[k] = value);
     }
 }
 
@@ -155,9 +156,9 @@ fn of_differences<S: Simd>(
         differences,
         ..
     } = between;
-    for k in 0..shown.count {
+    for (k, &place) in shown.place[..shown.count].iter().enumerate() {
         one_by_one();
-        let place = vertex(shown.place[k]);
+        let place = vertex(place);
         for edge in 0..4 {
             let at = place + CELL_CORNERS[2 * edge];
             differences[edge][k] = [table[at], table[at + 1]];
