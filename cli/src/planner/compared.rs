@@ -9,7 +9,7 @@ use volsplat::Subpixels;
 
 use super::candidate::Candidate;
 use super::ladder::{Ladder, Rung};
-use super::pilot::{MOST_PREVIEW_PX, Pilot, Scene, preview_camera};
+use super::pilot::{MOST_PREVIEW_PX, Pilot, Scene, View, preview_camera};
 use super::windows::{Cells, pixels};
 use crate::setting::Setting;
 
@@ -24,9 +24,6 @@ const RANKING_WORK: f64 = 8.0;
 /// Most sub-pixels along a pixel's side.
 const MOST_SUBPIXELS: u32 = 16;
 
-/// Voxels of the default's slab.
-const DEFAULT_SLAB: f64 = 0.5;
-
 impl Pilot {
     /// The cells of a picture by its contrast under the default, and by the change from there to a dearer setting.
     pub(super) fn compared(
@@ -37,7 +34,7 @@ impl Pilot {
     ) -> Result<Cells> {
         let camera = preview_camera(cells.camera(), 1, MOST_COMPARED_PX)?;
         let (own, work) = self.under_default(scene, ladder, &camera)?;
-        let other = crossed(scene, work)?.unwrap_or_else(|| ladder.from_work(2.0 * work).clone());
+        let other = crossed(scene, ladder, &ladder.default, work)?;
         let other = self.under(scene, ladder, &other, &camera)?;
         Ok(cells.with_steps(&own, &other))
     }
@@ -51,13 +48,29 @@ impl Pilot {
     ) -> Result<Cells> {
         let camera = *cells.camera();
         let (own, work) = self.under_default(scene, ladder, &camera)?;
-        let other = self.under(
-            scene,
-            ladder,
-            ladder.from_work(RANKING_WORK * work),
-            &camera,
-        )?;
+        let other = self.under(scene, ladder, ladder.at_work(RANKING_WORK * work), &camera)?;
         Ok(cells.ranked(&own, &other))
+    }
+
+    /// Has the change from a setting to one with other rays and steps stand for what windows miss from now on.
+    pub(super) fn recompare(
+        &mut self,
+        scene: &mut Scene,
+        ladder: &Ladder,
+        rung: &Rung,
+    ) -> Result<()> {
+        let other = crossed(scene, ladder, rung, rung.work)?;
+        for number in 0..self.views.len() {
+            let camera = preview_camera(self.views[number].cells.camera(), 1, MOST_COMPARED_PX)?;
+            let own = self.under(scene, ladder, rung, &camera)?;
+            let other = self.under(scene, ladder, &other, &camera)?;
+            let View { cells, windows, .. } = &mut self.views[number];
+            cells.recompare(&own, &other);
+            for window in windows {
+                window.change = cells.change_at(window.at);
+            }
+        }
+        Ok(())
     }
 
     /// A picture under the default, and the place of the default on the ladder: its work beside that of a preview.
@@ -91,20 +104,30 @@ impl Pilot {
     }
 }
 
-/// A setting of twice the work of a default of this work, whose rays and steps both lie elsewhere: twice the slab, and twice the
-/// sub-pixels along each side. One with the same rays shares the default's error at narrow peaks and rims, and does not show it.
-/// `None` where the typed options leave no such choice.
-fn crossed(scene: &Scene, default_work: f64) -> Result<Option<Rung>> {
-    let own = (DEFAULT_SLAB * default_work).sqrt().max(1.0);
-    let subpixels = 2 * (own.log2().round().exp2() as u32).min(MOST_SUBPIXELS / 2);
+/// A setting of twice this work, whose rays and steps both lie elsewhere than those of another one: twice the slab, and twice the
+/// sub-pixels along each side. One with the same rays shares the other's error at narrow peaks and rims, and does not show it.
+/// Where the typed options leave no such choice, the next one of twice the work on the ladder.
+fn crossed(scene: &Scene, ladder: &Ladder, rung: &Rung, work: f64) -> Result<Rung> {
+    let Setting::Volume(own) = scene.typed.with(&rung.setting)? else {
+        return Ok(ladder.at_work(2.0 * work).clone());
+    };
+    let slab = own.options.field.slab_voxels;
+    let subpixels = match own.options.subpixels {
+        Subpixels::Fixed(count) => count,
+        // Work is sub-pixels along two sides over the slab.
+        Subpixels::Auto => (slab * work).max(1.0).sqrt().log2().round().exp2() as u32,
+    };
     let setting = Setting::volume(&["slab", "subpixels"], |args| {
-        args.field.slab_voxels = 2.0 * DEFAULT_SLAB;
-        args.subpixels = Subpixels::Fixed(subpixels);
+        args.field.slab_voxels = 2.0 * slab;
+        args.subpixels = Subpixels::Fixed((2 * subpixels).min(MOST_SUBPIXELS));
     });
     let setting = setting.without(&scene.typed);
-    let is_legal = scene.typed.with(&setting)?.is_legal();
-    Ok(is_legal.then_some(Rung {
-        setting,
-        work: 2.0 * default_work,
-    }))
+    let is_choice = scene.typed.with(&setting)?.is_legal();
+    Ok(match is_choice {
+        true => Rung {
+            setting,
+            work: 2.0 * work,
+        },
+        false => ladder.at_work(2.0 * work).clone(),
+    })
 }
