@@ -163,7 +163,7 @@ impl Ladder {
     }
 
     /// The first setting of this work or more; the exact one where there is none.
-    pub(super) fn from_work(&self, work: f64) -> &Rung {
+    pub(super) fn at_work(&self, work: f64) -> &Rung {
         let mut rungs = self.rungs.iter();
         rungs.find(|rung| rung.work >= work).unwrap_or(self.exact())
     }

@@ -28,7 +28,7 @@ pub(super) struct Scene<'a> {
 
 /// The windows of some of the pictures.
 pub(super) struct Pilot {
-    views: Vec<View>,
+    pub(super) views: Vec<View>,
     guard_px: usize,
     /// Draws of each picture so far.
     pub(super) draws: usize,
@@ -42,9 +42,9 @@ pub(super) struct Pilot {
 }
 
 /// One of the pictures that are looked at.
-struct View {
-    cells: Cells,
-    windows: Vec<Window>,
+pub(super) struct View {
+    pub(super) cells: Cells,
+    pub(super) windows: Vec<Window>,
     /// The windows under the exact setting.
     exact: Vec<Image>,
 }

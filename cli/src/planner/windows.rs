@@ -30,6 +30,8 @@ pub(super) struct Cells {
 #[derive(Clone, Debug)]
 pub(super) struct Window {
     pub(super) camera: Camera,
+    /// The left upper pixel of its cell.
+    pub(super) at: [u32; 2],
     /// The chance with which a draw takes this cell.
     pub(super) chance: f64,
     /// How often it was drawn.
@@ -115,6 +117,24 @@ impl Cells {
         cells
     }
 
+    /// Has the changes between two other settings stand for those of before; chances stay as they are.
+    pub(super) fn recompare(&mut self, image: &Image, other: &Image) {
+        let of = |&(at, _): &([u32; 2], f64)| {
+            change(
+                image,
+                other,
+                pixels_of(image, &self.camera, at, self.side_px),
+            )
+        };
+        self.changes = self.list.iter().map(of).collect();
+    }
+
+    /// The change of the cell that begins at a pixel; `None` where two settings were not compared.
+    pub(super) fn change_at(&self, at: [u32; 2]) -> Option<f64> {
+        let place = self.list.iter().position(|(corner, _)| *corner == at)?;
+        self.changes.get(place).copied()
+    }
+
     /// The sum of the squared changes of all cells; `None` where two settings were not compared.
     pub(super) fn change(&self) -> Option<f64> {
         (!self.changes.is_empty()).then(|| self.changes.iter().sum())
@@ -142,6 +162,7 @@ impl Cells {
             let &(change, place) = self.ranks.get(draw)?;
             return Some(Window {
                 camera: part(&self.camera, self.list[place].0, self.side_px),
+                at: self.list[place].0,
                 chance: 1.0 / self.list.len() as f64,
                 draws: 1,
                 change: Some(change),
@@ -154,6 +175,7 @@ impl Cells {
         let before = place.checked_sub(1).map_or(0.0, |k| self.list[k].1);
         Some(Window {
             camera: part(&self.camera, at, self.side_px),
+            at,
             chance: (passed - before) / total,
             draws: 1,
             change: self.changes.get(place.min(self.list.len() - 1)).copied(),

@@ -9,7 +9,7 @@ use std::array::from_fn;
 use glam::{DMat3, DVec3};
 use resample_volume::volume::grid::Grid;
 
-use super::cells::{TABLE_LEN, VERTEX_SIDE};
+use super::layout::{TABLE_LEN, VERTEX_SIDE};
 use crate::grid::bounds::Bounds;
 use crate::light::gradient_in_f32;
 

@@ -6,6 +6,7 @@
 
 pub(crate) mod rescale;
 pub(crate) mod cells;
+mod layout;
 pub(crate) mod scalars;
 pub(crate) mod gradients;
 pub(crate) mod support;

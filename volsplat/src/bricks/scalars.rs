@@ -3,7 +3,7 @@
 //! Bytes take four in one number for each face of a cell: a sample reads its cell at twice, and a brick takes four fifths of
 //! the memory of one number a vertex.
 
-use super::cells::{
+use super::layout::{
     CELL_CORNERS, CELL_ROWS, CELL_SIDE, CELLS, FACES, FaceBytes, TABLE_LEN, Table, VERTEX_SIDE,
 };
 

@@ -106,10 +106,12 @@ pub(crate) fn light<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples) {
         }
     }
     let BetweenSteps { gradient, ray, .. } = &mut samples.between;
-    for k in 0..shown.count {
-        let pixel = (shown.place[k] >> PIXEL_SHIFT) as usize % (LANES * LANES);
-        for axis in 0..3 {
-            ray[axis][k] = job.view.ray_in_world[axis].as_flattened()[pixel];
+    let places = &shown.place[..shown.count];
+    for (ray, rays) in ray.iter_mut().zip(&job.view.ray_in_world) {
+        let rays = rays.as_flattened();
+        for (part, place) in ray.iter_mut().zip(places) {
+            one_by_one();
+            *part = rays[(place >> PIXEL_SHIFT) as usize % (LANES * LANES)];
         }
     }
     for first in (0..shown.count).step_by(EIGHT) {
@@ -136,9 +138,8 @@ fn of_vectors<S: Simd>(
 ) {
     for k in 0..shown.count {
         let vector = gradient_at(simd, table, shown, k);
-        for axis in 0..3 {
-            between.gradient[axis][k] = vector[axis];
-        }
+        let parts = between.gradient.iter_mut().zip(vector);
+        parts.for_each(|(part, value)| part[k] = value);
     }
 }
 
@@ -155,20 +156,24 @@ fn of_differences<S: Simd>(
         differences,
         ..
     } = between;
-    for k in 0..shown.count {
+    for (k, &place) in shown.place[..shown.count].iter().enumerate() {
         one_by_one();
-        let place = vertex(shown.place[k]);
+        let place = vertex(place);
         for edge in 0..4 {
             let at = place + CELL_CORNERS[2 * edge];
-            differences[2 * edge][k] = table[at];
-            differences[2 * edge + 1][k] = table[at + 1];
+            differences[edge][k] = [table[at], table[at + 1]];
         }
     }
     for first in (0..shown.count).step_by(LANES) {
         let range = first..first + LANES;
         let mut corners = [u32x16::splat(simd, 0); 8];
-        for (corner, differences) in corners.iter_mut().zip(&*differences) {
-            *corner = u32x16::from_slice(simd, &differences[range.clone()]);
+        for edge in 0..4 {
+            let pairs = differences[edge][range.clone()].as_flattened();
+            let (first, second) = (
+                u32x16::from_slice(simd, &pairs[..LANES]),
+                u32x16::from_slice(simd, &pairs[LANES..]),
+            );
+            (corners[2 * edge], corners[2 * edge + 1]) = first.deinterleave(second);
         }
         let share = [
             f32x16::from_slice(simd, &shown.share[0][range.clone()]),

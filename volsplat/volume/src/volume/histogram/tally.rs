@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn bytes_are_counted_by_four() {
-        let bytes: Vec<u8> = (0..100_003u64).map(|i| (i * i >> 7) as u8).collect();
+        let bytes: Vec<u8> = (0..100_003u64).map(|i| ((i * i) >> 7) as u8).collect();
         let voxels = Voxels::U8(bytes);
         let volume = Volume::new([voxels.len(), 1, 1], voxels, DAffine3::IDENTITY).expect("valid");
         assert_eq!(Histogram::of_volume(&volume), Histogram::of_voxels(&volume));
