@@ -11,7 +11,7 @@ use super::candidate::Candidate;
 use super::ladder::{Ladder, Rung};
 use super::pilot::{MOST_PREVIEW_PX, Pilot, Scene, View, preview_camera};
 use super::windows::{Cells, pixels};
-use crate::setting::Setting;
+use crate::open::setting::Setting;
 
 /// Where the default changes a preview, it has all of a picture's pixels, up to this many along a side: at half of them the rims of
 /// plates have other contrast than in the picture, and windows missed them. Beyond, these previews would cost more than windows.

@@ -33,14 +33,6 @@ use resample_mesh::scene::{
     AlphaMode, Lighting, Magnify, Material, Mesh, Scene, Sides, TextureUse, Wrap,
 };
 
-use crate::light::tangents::Tangents;
-use crate::light::{Environment, tangents};
-use crate::options::{RenderOptions, Shade};
-use crate::prepare::adjacency::{Neighbour, neighbours};
-use crate::prepare::charts::Charts;
-use crate::prepare::mip::{Pyramid, TexelUse};
-use crate::prepare::no_emission::black_around;
-
 /// A scene, ready to be drawn.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Prepared {
