@@ -56,7 +56,7 @@ pub(super) fn effort(scene: &Scene, asked: Asked) -> Option<Effort> {
     })
 }
 
-/// Whether a look might be worth its cost, as far as sizes show.
+/// Returns true if a look might be worth its cost, as far as sizes show.
 fn may_pay(scene: &Scene, views: usize) -> bool {
     let cameras = &scene.cameras;
     let picture = cameras.iter().map(pixels).fold(0.0, f64::max);

@@ -174,7 +174,7 @@ fn a_run_that_planning_cannot_help_takes_the_exact_setting_at_once() {
         );
         let told = stderr(&output);
         assert!(
-            told.contains("costs more than it can save"),
+            told.contains("trial renders to pay off"),
             "{words}: the reason is told: {told}"
         );
         let planned = &json(&bench, "out/s.json")["planned"];

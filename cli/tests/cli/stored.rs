@@ -102,8 +102,8 @@ fn what_needs_all_voxels_is_refused_with_a_way_out() {
     bench.write("mask.raw", &[1; 8]);
     for (words, advice) in [
         ("--mask mask.raw", "--max-memory"),
-        ("--order every-sample", "allow more memory"),
-        ("--kernel gaussian", "allow more memory"),
+        ("--order every-sample", "raise the memory limit"),
+        ("--kernel gaussian", "raise the memory limit"),
     ] {
         let output = bench.run(&format!(
             "volsplat image.zarr --max-memory 180K {words} -o out/a.png"

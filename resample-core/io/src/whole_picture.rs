@@ -50,7 +50,7 @@ pub enum Pixels {
 /// the pixels may take.
 ///
 /// # Errors
-/// What is wrong with the content: no known format, a size that cannot be, or data that cannot be decoded.
+/// The fault of the content: no known format, a size that cannot be, or data that cannot be decoded.
 pub fn decode(
     bytes: &[u8],
     format: Option<ImageFormat>,

@@ -288,7 +288,7 @@ fn what_cannot_be_done_is_refused_with_a_reason() {
     let refused =
         Renderer::from_file(&large, &dense(), &options, &mut |_| {}).expect_err("needs all voxels");
     assert!(
-        matches!(&refused, Error::Option(text) if text.contains("allow more memory")),
+        matches!(&refused, Error::Option(text) if text.contains("raise the memory limit")),
         "{refused}"
     );
     // A file that is cut off later is an error of reading, not a crash.

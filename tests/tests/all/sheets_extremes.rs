@@ -262,11 +262,11 @@ fn a_single_voxel_along_an_axis_is_refused_with_the_way_out() {
             .expect_err("one voxel along an axis makes no cell")
             .to_string();
         assert!(
-            message.contains("every sample instead"),
+            message.contains("use order every-sample"),
             "no way out in: {message}"
         );
         assert!(
-            message.contains(&format!("along {axis}")),
+            message.contains(&format!("({axis} has 1)")),
             "the axis {axis} is not named in: {message}"
         );
     }

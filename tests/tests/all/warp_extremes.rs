@@ -257,7 +257,7 @@ fn bad_references_are_refused_with_a_reason() {
         said.contains("reference 1") && said.contains("depth"),
         "{said}"
     );
-    assert!(refused(Vec::new(), &WarpOptions::default()).contains("no reference"));
+    assert!(refused(Vec::new(), &WarpOptions::default()).contains("at least one reference"));
     let ninefold = WarpOptions {
         method: Method::Hybrid {
             surfaces: SurfaceOptions::default(),

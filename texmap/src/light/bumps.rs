@@ -45,7 +45,7 @@ fn at(of_bumps: f64, away: f64) -> f64 {
     sum * step / plain
 }
 
-/// What bumps make of the density of facets, by their part of the sum of variances, and by s^2 / (a + b + s^2).
+/// The density of facets under bumps, by their part of the sum of variances, and by s^2 / (a + b + s^2).
 #[inline(always)]
 pub(super) fn shape<S: Simd>(simd: S, of_bumps: f32x16<S>, away: f32x16<S>) -> f32x16<S> {
     let splat = |v: f32| f32x16::splat(simd, v);

@@ -1,4 +1,4 @@
-//! What light meets: the numbers of sixteen places.
+//! The input of lighting: the numbers of sixteen places.
 
 use crate::screen::lanes::{LANES, Lanes};
 

@@ -24,7 +24,7 @@ pub(super) struct Lobe<S: Simd> {
     pub(super) metal: f32x16<S>,
 }
 
-/// What varies.
+/// The varying quantities.
 pub(super) struct Varied<S: Simd> {
     pub(super) metal: f32x16<S>,
     pub(super) roughness: f32x16<S>,

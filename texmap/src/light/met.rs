@@ -1,4 +1,4 @@
-//! What rough surfaces reflect of small lights: the model's own formula, sixteen places at a time.
+//! The reflection of small lights by rough surfaces: the model's own formula, sixteen places at a time.
 
 use std::f32::consts::PI;
 
@@ -20,7 +20,7 @@ pub(super) struct Met<S: Simd> {
 }
 
 impl<S: Simd> Met<S> {
-    /// What a surface whose reflectance is 1 makes of a light's power, and the part of it that Schlick's term weighs.
+    /// The share of a light's power that a surface of reflectance 1 returns, and the part of it that Schlick's term weighs.
     #[inline(always)]
     pub(super) fn lit_by(&self, simd: S, sun: &Sun) -> [f32x16<S>; 2] {
         let splat = |v: f32| f32x16::splat(simd, v);

@@ -119,7 +119,7 @@ pub(crate) fn reflect<S: Simd>(
     }
 }
 
-/// What a footprint reflects of even light at once: means over its lobes, and how both go with metal.
+/// The reflection of even light by a footprint: means over its lobes, and how both go with metal.
 struct Once<S: Simd> {
     scale: f32x16<S>,
     offset: f32x16<S>,
@@ -163,14 +163,14 @@ impl<S: Simd> Once<S> {
     }
 }
 
-/// What a part of a footprint reflects of even light.
+/// The reflection of even light by a part of a footprint.
 struct Part<S: Simd> {
     scale: f32x16<S>,
     offset: f32x16<S>,
 }
 
 impl<S: Simd> Part<S> {
-    /// What leaves at once, and what leaves after it has bounced between facets.
+    /// The light that leaves at once, and the light that leaves after it has bounced between facets.
     #[inline(always)]
     fn again(&self, simd: S, f0: f32x16<S>) -> (f32x16<S>, f32x16<S>) {
         let one = f32x16::splat(simd, 1.0);

@@ -25,7 +25,7 @@ pub(super) struct Look {
 /// The two looks that stand for a lobe.
 pub(super) struct Looks {
     pub(super) looks: [Look; 2],
-    /// What the second counts; the first counts the rest.
+    /// The weight of the second; the first has the rest.
     pub(super) part_of_second: f32,
 }
 

@@ -131,7 +131,7 @@ pub(crate) enum LightKind {
     Physical,
 }
 
-/// What is known of the pictures so far.
+/// The pictures so far.
 #[derive(Default)]
 struct Keys {
     pyramids: Vec<PyramidKey>,

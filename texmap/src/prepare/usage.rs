@@ -1,4 +1,4 @@
-//! Which pictures a material is drawn from, and what becomes of their texels.
+//! The pictures of a material, and the use of their texels.
 //!
 //! Takes a scene and a material; gives the pictures of its colours and of its maps of light. Two things follow from more than one picture:
 //! occlusion that is laid as roughness and metal are, and as large, becomes the red of that map, which is looked up anyway; and where
@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use resample_mesh::scene::{AlphaMode, Material, Scene, Texels, Texture, TextureUse, Wrap};
 
-/// What a material makes of a picture.
+/// The use of a picture in a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TexelUse {
     /// Colour; alpha counts as 1.
@@ -29,9 +29,9 @@ pub(crate) enum TexelUse {
     Metals {
         /// The place of the picture of roughness and metal in the scene.
         picture: usize,
-        /// What is beyond that picture's borders.
+        /// Wrapping beyond that picture's borders.
         wrap: [Wrap; 2],
-        /// Whether the colour is weighted by alpha.
+        /// True if the colour is weighted by alpha.
         alpha: Weighting,
     },
     /// Normals in tangent space, whose x and y are scaled: see [`crate::prepare::maps`].
@@ -41,7 +41,7 @@ pub(crate) enum TexelUse {
     },
 }
 
-/// Whether a colour is weighted by its alpha.
+/// Returns true if a colour is weighted by its alpha.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Weighting {
     /// Alpha counts as 1.
@@ -132,7 +132,7 @@ fn shared(scene: &Scene, roughness: TextureUse, occlusion: TextureUse) -> Option
     })
 }
 
-/// What is metal of a material's base colour, if that varies and both lie in the same way.
+/// The metal's part of a material's base colour, if that varies and both lie in the same way.
 fn metals(scene: &Scene, material: &Material, varying: &mut Varying) -> Option<Used> {
     let physical = material.physical?;
     let (base, map) = (material.base_texture?, physical.metal_roughness_texture?);
@@ -152,7 +152,7 @@ fn metals(scene: &Scene, material: &Material, varying: &mut Varying) -> Option<U
     varies.then_some((base, usage))
 }
 
-/// Whether the blue of a picture is not the same all over.
+/// Returns true if the blue of a picture is not the same all over.
 fn metal_varies(picture: &Texture) -> bool {
     match &picture.texels {
         Texels::Srgb8(texels) => {

@@ -19,7 +19,7 @@ use crate::tile::{Tile, TileImage};
 /// A surface's own colour, and what its light is multiplied by and what is added to it.
 pub(crate) struct Straight {
     pub(crate) base: Vec3,
-    /// What the base texture's texel was multiplied by.
+    /// The factor of the base texture's texel.
     factor: Vec3,
     pub(crate) scale: f32,
     /// Emitted light, premultiplied, and alpha.

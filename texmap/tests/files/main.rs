@@ -2,5 +2,6 @@
 
 mod bounded_files;
 mod far_files;
+mod memory;
 mod mesh_files;
 mod real_files;

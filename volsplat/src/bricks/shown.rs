@@ -56,7 +56,7 @@ fn bits_of(eight: [u8; CELL_SIDE]) -> u8 {
     (u64::from_le_bytes(eight).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
 }
 
-/// What the bytes at the eight corners of each cell combine to.
+/// Combines the bytes at the eight corners of each cell.
 #[inline(always)]
 fn over_bytes(faces: &FaceBytes, combine: impl Fn(u32, u32) -> u32) -> [f32; CELLS] {
     let mut of_faces = [0u32; FACES_ACROSS_Z];

@@ -177,7 +177,7 @@ impl Rims {
     }
 }
 
-/// Whether a rim pixel's depth is that behind a hole.
+/// Returns true if a rim pixel's depth is that behind a hole.
 fn is_behind(depth: f32, far: f32) -> bool {
     depth * FAR_RATIO >= far && depth <= far * FAR_RATIO
 }

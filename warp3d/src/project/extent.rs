@@ -7,9 +7,9 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f64x8, mask64x8};
 use fearless_simd_macros::simd;
 
-use super::project::{Bounds, Terms, narrow};
 use super::rows::eight_of;
 use super::vertex::{LANES, SEGMENT};
+use super::warped::{Bounds, Terms, narrow};
 use crate::surfaces::surface::{Cell, Surfaces};
 use crate::view::bands::RowRange;
 

@@ -7,7 +7,7 @@
 //! Limits: a piece with a corner before the near plane is dropped whole; it is smaller than a sample's spacing.
 
 mod vertex;
-mod project;
+mod warped;
 mod rows;
 mod extent;
 mod cells;
@@ -25,12 +25,12 @@ use resample_core::simd::Vectors;
 
 pub(crate) use cells::{EightCells, EightQuads, EightTriangles, HALVES, QuadBlock};
 use extent::{all_in_front, count_in_front, extents, range_of};
-use project::Bounds;
-pub(crate) use project::{Terms, narrow};
 pub(crate) use quarters::Quarters;
 use rows::WarpedRows;
 pub(crate) use scan::{SLACK, scan_triangle};
 pub(crate) use vertex::{LANES, SEGMENT, Vertex};
+use warped::Bounds;
+pub(crate) use warped::{Terms, narrow};
 
 use crate::surfaces::surface::{Cell, Surfaces};
 use crate::view::bands::RowRange;

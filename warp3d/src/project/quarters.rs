@@ -11,8 +11,8 @@ use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
 use super::cells::QuadBlock;
-use super::project::{Terms, narrow, widen};
 use super::vertex::{LANES, SEGMENT};
+use super::warped::{Terms, narrow, widen};
 use crate::surfaces::piece::{KINDS, cell_of, patch_id};
 use crate::surfaces::rims::Rims;
 use crate::surfaces::surface::{Cell, Surfaces};

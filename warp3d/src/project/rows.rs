@@ -7,8 +7,8 @@ use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 
-use super::project::{Terms, narrow};
 use super::vertex::{LANES, SEGMENT};
+use super::warped::{Terms, narrow};
 use crate::surfaces::surface::Surfaces;
 
 /// Screen x, screen y and nearness of the samples of a row.

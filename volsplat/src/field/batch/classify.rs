@@ -8,8 +8,8 @@ use super::interpolate::interpolate;
 use super::one_by_one;
 use crate::bricks::cells::{CELL_CORNERS, TABLE_LEN, VERTEX_SIDE};
 use crate::bricks::gradients::{DifferenceTable, GradientTable, Gradients};
+use crate::field::setup::from_differences::FromDifferences;
 use crate::field::setup::tile_context::Job;
-use crate::field::walk::gradient::FromDifferences;
 use crate::field::walk::samples::{
     BetweenSteps, LANES, Numbers, PIXEL_SHIFT, PackedSamples, ShownSamples, vertex,
 };

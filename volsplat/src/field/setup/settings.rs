@@ -9,7 +9,7 @@ use super::iso_rays::IsoSettings;
 use super::ray_values::Statistic;
 use crate::bricks::cells::CellBrick;
 use crate::field::setup::constant_brick::{Uniform, UniformChoice};
-use crate::field::walk::gradient::FromDifferences;
+use crate::field::setup::from_differences::FromDifferences;
 use crate::look::clip::{AnchoredHalfSpace, GridClip};
 use crate::picture::tiles::Means;
 use crate::slabs::channel::{ChannelSettings, Reading};

@@ -5,31 +5,12 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x8, f32x16, i32x8, i32x16, u32x8, u32x16};
-use glam::DMat3;
 
 use crate::bricks::cells::{CELL_CORNERS, LAST_CELL};
 use crate::bricks::gradients::{DifferenceTable, GradientTable, Gradients, SHIFTS};
+use crate::field::setup::from_differences::FromDifferences;
 use crate::field::walk::cell_sample::Located;
-use crate::grid::units::gradient_from_differences;
 use crate::slabs::view::LANES;
-
-/// From the differences of the voxels on both sides to gradients, along the axes of the world, as [`Gradients::Vectors`] holds
-/// them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct FromDifferences {
-    /// The parts of the differences along x, of those along y, and of those along z.
-    columns: [[f32; 3]; 3],
-}
-
-impl FromDifferences {
-    /// Those of a grid with these axes.
-    pub(crate) fn new(world_from_index: &DMat3) -> Self {
-        let half = gradient_from_differences(world_from_index) * 0.5;
-        Self {
-            columns: half.as_mat3().to_cols_array_2d(),
-        }
-    }
-}
 
 /// The mix of differences, for vectors of one width. Without closures: they are left as calls here, and make a lit frame a fifth
 /// longer.

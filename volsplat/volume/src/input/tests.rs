@@ -177,5 +177,5 @@ fn values_are_rescaled_before_anything_else_sees_them() {
         },
     )
     .expect_err("no scale");
-    assert!(none.to_string().contains("the first not 0"), "{none}");
+    assert!(none.to_string().contains("slope non-zero"), "{none}");
 }

@@ -45,7 +45,7 @@ pub(crate) fn held<S: Simd>(
     (bounded - colour).mul_add(f32x4::splat(simd, share), colour)
 }
 
-/// What a magnified colour may be beyond the four samples around its place: along each axis as far as the bends of both samples
+/// The range of a magnified colour beyond the four samples around its place: along each axis as far as the bends of both samples
 /// agree on a top or a bottom, and no more than this part of the largest of the four. 0.02 is seen by nobody, and holds the
 /// tops of patterns of eight samples and more.
 const BEYOND: f32 = 0.02;

@@ -14,7 +14,7 @@
 
 use rayon::prelude::*;
 
-/// What a sample inside a ramp may be.
+/// The side of a sample inside a ramp.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Choice {
     /// The largest step of the ramp, relative to the larger end. 0: the sample is in no ramp.
@@ -23,7 +23,7 @@ pub(super) struct Choice {
     pub(super) sides: [f32; 2],
     /// How far depth leans to the second one: from -1 at the first surface to 1 at the second.
     pub(super) lean: f32,
-    /// Whether the surface turns back at once: what the ramp tells of its disparity is little.
+    /// True if the surface turns back at once: what the ramp tells of its disparity is little.
     pub(super) turns: [bool; 2],
 }
 

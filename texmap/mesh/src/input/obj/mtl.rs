@@ -37,7 +37,7 @@ pub(super) struct Library<'a> {
     read: BTreeSet<PathBuf>,
     /// Lines that named files.
     mentioned: HashSet<String>,
-    /// Whether a note says that materials are plain.
+    /// True if a note says that materials are plain.
     is_told: bool,
     entries: HashMap<String, Entry>,
     places: HashMap<String, usize>,

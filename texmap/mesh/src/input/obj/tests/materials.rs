@@ -1,7 +1,6 @@
 //! Material files: what is missing, what is named often, and the words of physically based materials.
 
 use resample_io::Gate;
-use resample_io::gate::Outside;
 
 use super::{Folder, SQUARE};
 use crate::input::{LoadOptions, Loaded, Unreadable, load};
@@ -29,46 +28,6 @@ fn what_is_missing_is_an_error_or_leaves_the_colour_and_a_note() {
     assert_eq!(scene.materials[0].base_colour, [1.0, 0.0, 0.0, 1.0], "Kd");
     assert!(scene.materials[0].base_texture.is_none(), "no texture");
     assert_eq!(notes.len(), 2, "the file and the picture: {notes:?}");
-}
-
-#[test]
-fn pictures_beyond_the_memory_are_an_error_and_not_white() {
-    let folder = Folder::new();
-    let side = 64;
-    let count = 5;
-    let (mut library, mut obj) = (String::new(), format!("mtllib a.mtl\n{SQUARE}"));
-    for number in 0..count {
-        let picture = image::RgbaImage::from_pixel(side, side, image::Rgba([0, 0, 255, 255]));
-        picture
-            .save(folder.0.path().join(format!("{number}.png")))
-            .expect("written");
-        library += &format!("newmtl m{number}\nmap_Kd {number}.png\n");
-        obj += &format!("usemtl m{number}\nf 1/1 2/2 3/3\n");
-    }
-    folder.write("a.mtl", library);
-    let path = folder.write("a.obj", obj);
-    // Texels as they are in the file take 4 bytes, and 8 in linear light; coarser levels a third of that more.
-    let texels = u64::from(count * side * side);
-    let enough = texels * 4 + texels * 4 / 3 * 8;
-    let within = |bytes: u64| {
-        let gate = Gate::new(Outside::Refused, Some(bytes));
-        load(
-            &path,
-            &LoadOptions {
-                gate,
-                ..LoadOptions::default()
-            },
-        )
-    };
-    let scene = within(enough).expect("all fit").scene;
-    assert_eq!(scene.textures.len(), count as usize, "every one");
-    for bytes in [enough * 9 / 10, texels * 4, texels * 4 - 1] {
-        let error = within(bytes).expect_err("not all fit").to_string();
-        assert!(
-            error.contains("textures") && error.contains("--max-memory"),
-            "of {bytes} bytes: {error}"
-        );
-    }
 }
 
 #[test]

@@ -256,10 +256,7 @@ fn faulty_headers_name_the_key() {
         ),
         ("DimSize = 1 1 1\nDimSize = 1 1 1\n", "given twice"),
         ("no equals sign\n", "expected 'Key = Value'"),
-        (
-            "ObjectType = Tube\nDimSize = 1 1 1\n",
-            "only Image is a volume",
-        ),
+        ("ObjectType = Tube\nDimSize = 1 1 1\n", "expected Image"),
     ];
     for (fields, expected) in cases {
         let text = folder.refusal(&[

@@ -161,8 +161,8 @@ fn faulty_data_files_are_refused_by_name() {
             "encoding: raw\ndata file: x%03d 1 2000000000 1\n",
             "at most 100000",
         ),
-        ("encoding: raw\ndata file: x%03d 1 9 0\n", "leads nowhere"),
-        ("encoding: raw\ndata file: x%03d 9 1 2\n", "leads nowhere"),
+        ("encoding: raw\ndata file: x%03d 1 9 0\n", "never reaches"),
+        ("encoding: raw\ndata file: x%03d 9 1 2\n", "never reaches"),
         (
             "encoding: raw\ndata file: x%s 1 2 1\n",
             "expected one such as %03d",
