@@ -54,7 +54,7 @@ pub(crate) struct Crossing {
 /// Two neighbouring sub-pixels that show different things.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Neighbours {
-    /// Their triangles: places in the tile's list, or [`NONE`].
+    /// Their triangles: places in the tile's list, or no triangle's number.
     pub(crate) ids: [u32; 2],
     /// Where they are, px from the corner of the tile's border.
     pub(crate) at: [[f32; 2]; 2],

@@ -3,7 +3,7 @@
 //! 1. input: the voxels or cells that the transfer function may show were collected into bricks;
 //! 2. sample: visible bricks are placed on the screen;
 //! 3. accumulate: on the plane through a slab's middle, the scalar at every sub-pixel is gathered from the cell that the
-//!    sample lies in ([`gather`]);
+//!    sample lies in (`walk`);
 //! 4. composite: each plane is classified per sub-pixel and composited behind those before it;
 //! 5. image: sub-pixels become pixels.
 //!

@@ -4,7 +4,7 @@ use glam::DMat3;
 
 use crate::grid::units::gradient_from_differences;
 
-/// From the differences of the voxels on both sides to gradients, along the axes of the world, as [`Gradients::Vectors`] holds
+/// From the differences of the voxels on both sides to gradients, along the axes of the world, as `Gradients::Vectors` holds
 /// them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FromDifferences {

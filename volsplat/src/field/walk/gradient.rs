@@ -170,10 +170,13 @@ mod tests {
     use resample_core::dispatch;
     use resample_core::simd::SimdLevel;
 
+    use glam::DMat3;
+
     use super::*;
     use crate::bricks::cells::{CELL_SIDE, VERTEX_SIDE};
     use crate::bricks::gradients::{differences, vectors};
     use crate::grid::bounds::Bounds;
+    use crate::grid::units::gradient_from_differences;
     use resample_volume::volume::grid::Grid;
 
     /// Voxels along each side: a brick in the middle has neighbours on all sides, and the first one none on three.
