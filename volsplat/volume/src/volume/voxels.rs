@@ -110,7 +110,7 @@ pub enum NanPolicy {
 
 /// Binds the typed slice of a [`Voxels`] and runs the body once per type: `with_voxels!(&voxels, slice => body)`.
 ///
-/// In the body, [`scalar`](crate::volume::scalar) gives a value of any of the types as f64.
+/// In the body, [`scalar`] gives a value of any of the types as f64.
 #[macro_export]
 macro_rules! with_voxels {
     ($voxels:expr, $slice:ident => $body:expr) => {
