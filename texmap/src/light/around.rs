@@ -9,28 +9,31 @@ use crate::screen::lanes::{LANES, Lanes};
 /// Roughnesses for which radiance is kept: 0, 1/12, ..., 1.
 pub(crate) const LEVELS: usize = 13;
 
-/// Maps of radiance behind one another, so that a look needs no way to its map.
+/// Maps of radiance behind one another, each with the next rougher one: both are looked at together.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Blurred {
-    /// Rows of `side` + 2 texels, level by level.
-    texels: Vec<[f32; 4]>,
+    /// Rows of `side` + 2 pairs of texels, level by level; the last level has no map of its own.
+    pairs: Vec<[f32; 8]>,
     /// Where each level begins, and texels along its side without the border.
     starts: Vec<i32>,
     sides: Vec<f32>,
 }
 
 impl Blurred {
-    /// Adds the next level.
-    pub(crate) fn push(&mut self, side: usize, texels: &[Vec4]) {
-        self.starts.push(self.texels.len() as i32);
+    /// Adds a level: its texels, and those of the next at the same places.
+    pub(crate) fn push(&mut self, side: usize, texels: impl Iterator<Item = [Vec4; 2]>) {
+        self.starts.push(self.pairs.len() as i32);
         self.sides.push(side as f32);
-        self.texels.extend(texels.iter().map(Vec4::to_array));
+        self.pairs.extend(texels.map(|[own, next]| {
+            let ([a, b, c, d], [e, f, g, h]) = (own.to_array(), next.to_array());
+            [a, b, c, d, e, f, g, h]
+        }));
     }
 
     /// All texels.
     #[cfg(test)]
-    pub(crate) fn texels(&self) -> &[[f32; 4]] {
-        &self.texels
+    pub(crate) fn texels(&self) -> &[[f32; 8]] {
+        &self.pairs
     }
 }
 
@@ -87,20 +90,17 @@ pub(super) fn look_around<S: Simd>(
     let mut shares = [0.0; LANES];
     (level - first).store_slice(&mut shares);
     let levels: i32x16<S> = first.to_int_precise();
-    let (mut starts, mut sides) = ([[0; LANES]; 2], [[0.0; LANES]; 2]);
+    let (mut starts, mut sides) = ([0; LANES], [0.0; LANES]);
     for lane in 0..LANES {
         let level = levels[lane] as usize;
-        for k in 0..2 {
-            starts[k][lane] = blurred.starts[level + k];
-            sides[k][lane] = blurred.sides[level + k];
-        }
+        starts[lane] = blurred.starts[level];
+        sides[lane] = blurred.sides[level];
     }
-    let fine = InMaps::new(simd, (&starts[0], &sides[0]), at);
-    let coarse = InMaps::new(simd, (&starts[1], &sides[1]), at);
-    let texels = blurred.texels.as_flattened();
+    let places = InMaps::new(simd, (&starts, &sides), at);
     for lane in 0..count {
-        let near = fine.look(simd, texels, lane);
-        let far = coarse.look(simd, texels, lane);
+        let place = (places.place[lane] as usize, places.stride[lane] as usize);
+        let shares_of_texels = [places.right[lane], places.lower[lane]];
+        let (near, far) = four(simd, &blurred.pairs, place, shares_of_texels).split();
         let radiance = (far - near).mul_add(f32x4::splat(simd, shares[lane]), near);
         out[0][lane] = radiance[0];
         out[1][lane] = radiance[1];
@@ -141,18 +141,6 @@ impl InMaps {
         (x - column).store_slice(&mut new.right);
         (y - row).store_slice(&mut new.lower);
         new
-    }
-
-    #[inline(always)]
-    fn look<S: Simd>(&self, simd: S, texels: &[f32], lane: usize) -> f32x4<S> {
-        let place = 4 * self.place[lane] as usize;
-        let below = place + 4 * self.stride[lane] as usize;
-        // Two texels that stand beside each other are one vector.
-        let top = f32x8::from_slice(simd, &texels[place..place + 8]);
-        let low = f32x8::from_slice(simd, &texels[below..below + 8]);
-        let mixed = (low - top).mul_add(f32x8::splat(simd, self.lower[lane]), top);
-        let (left_side, right_side) = mixed.split();
-        (right_side - left_side).mul_add(f32x4::splat(simd, self.right[lane]), left_side)
     }
 }
 

@@ -74,11 +74,14 @@ impl Environment {
             Some(without) if level >= WITHOUT_SUNS => without,
             _ => &coarser,
         };
+        let maps: Vec<Map> = (1..LEVELS)
+            .map(|level| blurred(of_level(level), level))
+            .collect();
         let mut levels = Blurred::default();
-        levels.push(coarser[0].side, &coarser[0].texels);
-        for level in 1..LEVELS {
-            let map = blurred(of_level(level), level);
-            levels.push(map.side, &map.texels);
+        let mut own = &coarser[0];
+        for next in &maps {
+            levels.push(own.side, own.with(next));
+            own = next;
         }
         Self {
             blurred: levels,
@@ -101,6 +104,19 @@ impl Map {
                 Self::fine(side, looks, |d| seen(picture, turn * d))
             }
         }
+    }
+
+    /// Its texels, and what another map has at their places.
+    fn with<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = [Vec4; 2]> + 'a {
+        let (side, stride) = (self.side, self.side + 2);
+        (0..stride * stride).map(move |at| {
+            if other.side == side {
+                return [self.texels[at], other.texels[at]];
+            }
+            let inside = folded([at % stride, at / stride].map(|k| k as isize - 1), side);
+            let direction = direction_of_texel(inside, side).normalize();
+            [self.texels[at], other.at(direction)]
+        })
     }
 
     /// The map and its ever coarser copies.
@@ -288,9 +304,10 @@ mod tests {
             rgb: vec![[2.0; 3]; 32],
         };
         let environment = Environment::new(Some(&white), 0.3);
-        for &texel in environment.blurred.texels() {
-            let away = (Vec4::from(texel).truncate() - Vec3::splat(2.0)).abs();
-            assert!(away.max_element() < 1e-4, "{texel:?}");
+        for [r, g, b, _, next @ .., _] in environment.blurred.texels() {
+            for light in [r, g, b].into_iter().chain(next) {
+                assert!((light - 2.0).abs() < 1e-4, "{light}");
+            }
         }
         let [first, rest @ ..] = environment.irradiance;
         assert!(

@@ -54,7 +54,11 @@ pub(crate) fn reflect<S: Simd>(
     let with_metal = load_3(simd, &inputs.base_with_metal);
     let of_metal = metal.simd_gt(splat(LEAST_METAL));
     let per_metal = of_metal.select(one / metal.max(splat(LEAST_METAL)), zero);
-    let metals = [0, 1, 2].map(|k: usize| (base[k] + with_metal[k] * per_metal).max(zero));
+    let metals = [
+        (base[0] + with_metal[0] * per_metal).max(zero),
+        (base[1] + with_metal[1] * per_metal).max(zero),
+        (base[2] + with_metal[2] * per_metal).max(zero),
+    ];
     let varied = Varied {
         metal,
         roughness: load(&inputs.roughness),
@@ -76,8 +80,9 @@ pub(crate) fn reflect<S: Simd>(
         let (seen, lacking) = seen_in_lobe(simd, environment, (&directions, &even), count);
         once.add(lobe, (scale, offset), lobe.metal - metal);
         let dielectric = splat(DIELECTRIC);
-        let f0 = metals.map(|metals| dielectric + (metals - dielectric) * lobe.metal);
+        let mut f0 = [zero; 3];
         for k in 0..3 {
+            f0[k] = dielectric + (metals[k] - dielectric) * lobe.metal;
             mirror[k] += (f0[k] * scale + offset) * seen[k] * lobe.weight;
         }
         let met = Met {

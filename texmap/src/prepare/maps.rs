@@ -41,6 +41,25 @@ pub(crate) fn metals(
     (base, alpha): (&Texture, Weighting),
     (map, wrap): (&Texture, [Wrap; 2]),
 ) -> Vec<Vec4> {
+    if let (Texels::Srgb8(colours), Texels::Srgb8(numbers)) = (&base.texels, &map.texels)
+        && [base.width, base.height] == [map.width, map.height]
+    {
+        let texel = |(&[r, g, b, a], &[_, rough, metal, _]): (&[u8; 4], &[u8; 4])| {
+            let alpha = match alpha {
+                Weighting::Even => 1.0,
+                Weighting::ByAlpha => f32::from(a) / 255.0,
+            };
+            let metal = f32::from(metal) * (1.0 / 255.0);
+            let of = |code: u8| LINEAR[usize::from(code)] * alpha * metal;
+            Vec4::new(
+                of(r),
+                of(g),
+                of(b),
+                f32::from(rough) * (1.0 / 255.0) * metal,
+            )
+        };
+        return colours.par_iter().zip(&**numbers).map(texel).collect();
+    }
     let metals: Vec<Vec2> = each_texel(map, |rgb| Vec2::new(rgb.z, rgb.y * rgb.z));
     let ratio = [
         map.width as f32 / base.width as f32,
