@@ -20,6 +20,7 @@ mod warper;
 use resample_core::Camera;
 
 use crate::options::SurfaceTolerance;
+use crate::prepared::Surveyed;
 use crate::{Error, Reference};
 use blocks::Blocks;
 use sheet::{Kind, Rect, Sheet};
@@ -34,7 +35,7 @@ pub struct LargeReference {
     pub camera: Camera,
     sheet: Sheet,
     blocks: Blocks,
-    tolerance: f32,
+    surveyed: Surveyed,
     known: u64,
     nearest: f32,
 }
@@ -57,7 +58,7 @@ impl LargeReference {
             camera: *files.camera,
             sheet: unpacked.sheet,
             blocks: found.blocks,
-            tolerance: found.tolerance,
+            surveyed: found.surveyed,
             known: found.known,
             nearest: found.nearest,
         })

@@ -12,6 +12,7 @@ use crate::Error;
 use crate::input::meaning::{Numbers, ZOf};
 use crate::input::nothing_known;
 use crate::options::SurfaceTolerance;
+use crate::prepared::Surveyed;
 use crate::ramps::{self, Edges, Votes, sharpened};
 use crate::reference::nearest;
 use crate::tolerance::{BEND_STRIDE, bends_of_row, tolerance_of_bends};
@@ -21,7 +22,7 @@ use resample_io::files::fault;
 /// What was found.
 pub(super) struct Found {
     pub(super) blocks: Blocks,
-    pub(super) tolerance: f32,
+    pub(super) surveyed: Surveyed,
     pub(super) known: u64,
     pub(super) nearest: f32,
 }
@@ -94,7 +95,7 @@ pub(super) fn survey(
     let blocks = ranges(&unpacked.sheet, files.camera.projection, tolerance)?;
     Ok(Found {
         blocks,
-        tolerance,
+        surveyed: Surveyed { tolerance, edges },
         known,
         nearest,
     })

@@ -12,7 +12,8 @@ use super::sheet::Rect;
 use crate::beyond::View;
 use crate::layer::{Layer, Purpose};
 use crate::memory::{allowed_for_windows, left_for_windows, window_bytes};
-use crate::options::{Fill, Method, SurfaceTolerance, WarpOptions};
+use crate::options::{Fill, Method, WarpOptions};
+use crate::prepared::Surveyed;
 use crate::stats::FrameStats;
 use crate::warper::finished;
 use crate::{Error, Frame, Warper};
@@ -229,16 +230,13 @@ impl LargeWarper {
             .map(read)
             .collect::<Result<Vec<_>, _>>()?;
         stats.read_samples += parts.iter().flatten().map(Rect::samples).sum::<u64>();
-        let tolerances: Vec<SurfaceTolerance> = references
-            .iter()
-            .map(|reference| SurfaceTolerance::Relative(reference.tolerance))
-            .collect();
+        let surveyed: Vec<Surveyed> = references.iter().map(|r| r.surveyed).collect();
         // Holes are filled when the picture is whole.
         let options = WarpOptions {
             fill: Fill::None,
             ..self.options.clone()
         };
-        let warper = Warper::with_tolerances(samples, Some(&tolerances), &options)?;
+        let warper = Warper::of_surveyed(samples, Some(&surveyed), &options)?;
         stats.stages.prepare += clock.stop();
         Ok(Kept { parts, warper })
     }
