@@ -4,14 +4,23 @@ use rayon::prelude::*;
 use resample_core::Camera;
 
 use crate::Reference;
-use crate::options::{MixedPixels, SurfaceOptions};
+use crate::options::{MixedPixels, SurfaceOptions, SurfaceTolerance};
 use crate::project::{Quarters, Segments};
 use crate::resolve::colour::Colours;
 use crate::surfaces::input_copy::{TakenColours, TakenDepths};
-use crate::surfaces::rims::Rims;
+use crate::surfaces::rims::{Rims, clean};
 use crate::surfaces::sharpen_edges::{Edges, sharpened_in_bands};
 use crate::surfaces::spline::solve;
 use crate::surfaces::surface::Surfaces;
+
+/// What is known of a picture as a whole.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Surveyed {
+    /// By how much disparity may change on one surface, relative to it.
+    pub(crate) tolerance: f32,
+    /// How the edges of its depth were.
+    pub(crate) edges: Edges,
+}
 
 /// A reference made ready for the hybrid. The colours and depths that were given follow from it, bit by bit.
 #[derive(Clone, Debug)]
@@ -38,21 +47,34 @@ impl Prepared {
             depth,
         } = &reference;
         let width = camera.width as usize;
-        let sharp = match Edges::of(camera.projection, depth, width) {
+        let edges = Edges::of(camera.projection, depth, width);
+        let sharp = match edges {
             Edges::Sharp => depth.clone(),
             edges => sharpened_in_bands(camera.projection, (depth, colour), width, edges),
         };
-        Self::with_depth(reference, sharp, options)
+        Self::with_depth(reference, (edges, sharp), options)
     }
 
-    /// As [`Prepared::new`], of depth that is sharp.
-    pub(crate) fn of_sharp(reference: Reference, options: &SurfaceOptions) -> Self {
+    /// As [`Prepared::new`], of a part of a picture whose depth was made sharp as a whole.
+    pub(crate) fn of_surveyed(
+        reference: Reference,
+        surveyed: Surveyed,
+        options: &SurfaceOptions,
+    ) -> Self {
         let sharp = reference.depth.clone();
-        Self::with_depth(reference, sharp, options)
+        let options = SurfaceOptions {
+            tolerance: SurfaceTolerance::Relative(surveyed.tolerance),
+            ..*options
+        };
+        Self::with_depth(reference, (surveyed.edges, sharp), &options)
     }
 
-    /// Surfaces at the depth `sharp`. Each buffer of a number a sample is let go as soon as it can be.
-    fn with_depth(reference: Reference, sharp: Vec<f32>, options: &SurfaceOptions) -> Self {
+    /// Surfaces at the depth `sharp`, whose edges were such. Each buffer of a number a sample is let go as soon as it can be.
+    fn with_depth(
+        reference: Reference,
+        (edges, sharp): (Edges, Vec<f32>),
+        options: &SurfaceOptions,
+    ) -> Self {
         let Reference {
             camera,
             colour,
@@ -70,6 +92,9 @@ impl Prepared {
             MixedPixels::Keep => Rims::half_way(&surfaces),
             MixedPixels::Unmix => Rims::unmixed(&surfaces, &mut samples),
         };
+        if options.mixed == MixedPixels::Unmix && edges != Edges::Sharp {
+            clean(&surfaces, &mut samples);
+        }
         let reach = |s: &Surfaces, index, axis, towards| cuts.to_edge(s, index, axis, towards);
         surfaces.keep_slopes(reach);
         let segments = Segments::new(&surfaces, Quarters::new(&surfaces, &cuts));

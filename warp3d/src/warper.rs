@@ -8,11 +8,11 @@ use crate::fill::blend::blend;
 use crate::fill::extrapolate::View;
 use crate::fill::holes::fill;
 use crate::hybrid::{How, Hybrid};
-use crate::options::{ExtraPlanes, Fill, Method, SurfaceOptions, SurfaceTolerance, WarpOptions};
+use crate::options::{ExtraPlanes, Fill, Method, WarpOptions};
 use crate::paper::nearest::Nearest;
 use crate::paper::splat;
 use crate::paper::splat::Shape;
-use crate::prepared::Prepared;
+use crate::prepared::{Prepared, Surveyed};
 use crate::stats::FrameStats;
 use crate::surfaces::piece::MAX_CELLS;
 use crate::view::layer::{Layer, Purpose};
@@ -63,14 +63,13 @@ impl Warper {
     /// # Errors
     /// No reference, a plane that does not have one entry per pixel of its camera, or an option out of range.
     pub fn new(references: Vec<Reference>, options: &WarpOptions) -> Result<Self, Error> {
-        Self::with_tolerances(references, None, options)
+        Self::of_surveyed(references, None, options)
     }
 
-    /// As [`Warper::new`] with `tolerances`, for parts of pictures that were surveyed as a whole: each has its tolerance of
-    /// surfaces, and its edges are sharp.
-    pub(crate) fn with_tolerances(
+    /// As [`Warper::new`] of parts of pictures that were `surveyed` as a whole.
+    pub(crate) fn of_surveyed(
         references: Vec<Reference>,
-        tolerances: Option<&[SurfaceTolerance]>,
+        surveyed: Option<&[Surveyed]>,
         options: &WarpOptions,
     ) -> Result<Self, Error> {
         options.validate()?;
@@ -93,7 +92,7 @@ impl Warper {
         Ok(Self {
             cameras,
             length,
-            pipeline: Pipeline::new(drawn, tolerances, options),
+            pipeline: Pipeline::new(drawn, surveyed, options),
             options: options.clone(),
         })
     }
@@ -238,7 +237,7 @@ fn seen(layer: &mut Layer, confidence: bool) -> u64 {
 impl Pipeline {
     fn new(
         references: impl Iterator<Item = Reference>,
-        tolerances: Option<&[SurfaceTolerance]>,
+        surveyed: Option<&[Surveyed]>,
         options: &WarpOptions,
     ) -> Self {
         let Some(surfaces) = options.method.surfaces() else {
@@ -247,15 +246,9 @@ impl Pipeline {
                 ..Self::default()
             };
         };
-        let of = |(index, reference)| match tolerances {
+        let of = |(index, reference)| match surveyed {
             None => Prepared::new(reference, &surfaces),
-            Some(tolerances) => {
-                let surfaces = SurfaceOptions {
-                    tolerance: tolerances[index],
-                    ..surfaces
-                };
-                Prepared::of_sharp(reference, &surfaces)
-            }
+            Some(surveyed) => Prepared::of_surveyed(reference, surveyed[index], &surfaces),
         };
         Self {
             prepared: references.enumerate().map(of).collect(),

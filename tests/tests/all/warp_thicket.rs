@@ -2,25 +2,23 @@
 
 use resample_tests::warp_soft::Softening::{Blurred, Guided, Linear};
 use resample_tests::warp_thicket::{BandFigures, Made, in_band, views, with_depth};
+use resample_tests::warp_truth::WarpScene;
 use warp3d::{Fill, WarpOptions, Warper};
 
-/// The sums over the views of these names.
-fn figures(made: Made, names: &[&str]) -> BandFigures {
+/// The sums over some views.
+fn figures(made: Made, views: &[WarpScene]) -> BandFigures {
     let options = WarpOptions {
         fill: Fill::Background,
         ..WarpOptions::default()
     };
     let mut total = BandFigures::default();
-    let views = views();
-    for scene in views
-        .iter()
-        .filter(|view| names.contains(&view.name.as_str()))
-    {
+    for scene in views {
         let reference = with_depth(&scene.reference, made);
         let mut warper = Warper::new(vec![reference], &options).expect("good");
         let image = warper.render(&scene.target).expect("a camera").image;
         let found = in_band(&image, &scene.truth);
         println!("{made:?}, {}: {found:?}", scene.name);
+        total.stray += found.stray;
         total.specks += found.specks;
         total.foreign += found.foreign;
         total.count += found.count;
@@ -29,7 +27,7 @@ fn figures(made: Made, names: &[&str]) -> BandFigures {
 }
 
 #[test]
-fn soft_rims_have_no_specks() {
+fn soft_rims_have_no_stray_pixels() {
     let all = [
         Made::Soft(Blurred(1.0)),
         Made::Soft(Blurred(2.0)),
@@ -39,21 +37,21 @@ fn soft_rims_have_no_specks() {
         Made::Coded(Blurred(1.5)),
         Made::Coded(Guided(2.0)),
     ];
+    // The views of a pair of eyes: a sway of three degrees moves leaves that are narrower than the blur to other places.
+    let views = &views()[..2];
     for made in all {
-        let found = figures(made, &["left", "right"]);
-        // What was there before had up to 6.5 in a thousand.
+        let found = figures(made, views);
+        // Half ways along lines had up to 4.3 stray pixels in a thousand, and up to 6.5 specks.
         assert!(
-            1000 * found.specks <= 5 * found.count,
-            "{made:?}: {} specks in {} pixels",
-            found.specks,
-            found.count
+            1000 * found.stray <= found.count && 200 * found.specks <= found.count,
+            "{made:?}: {found:?}"
         );
     }
 }
 
 #[test]
 fn gaps_show_what_lay_beside_the_nearer_surface() {
-    let found = figures(Made::Exact, &["left", "right", "sway aside", "sway up"]);
+    let found = figures(Made::Exact, &views());
     // Half of what the farthest surface of eight directions gave: a wall in the gap between a twig and a leaf.
     assert!(1000 * found.foreign <= 5 * found.count, "{found:?}");
 }

@@ -49,6 +49,23 @@ const DIRECTIONS: [[isize; 2]; 8] = [
     [-1, -1],
 ];
 
+/// Steps to every other pixel of the five times five around one, and itself.
+const AROUND: [[isize; 2]; 13] = [
+    [-2, -2],
+    [0, -2],
+    [2, -2],
+    [-1, -1],
+    [1, -1],
+    [-2, 0],
+    [0, 0],
+    [2, 0],
+    [-1, 1],
+    [1, 1],
+    [-2, 2],
+    [0, 2],
+    [2, 2],
+];
+
 /// The directions that are opposite to one another.
 const OPPOSITE: [[usize; 2]; 4] = [[0, 1], [2, 3], [4, 7], [5, 6]];
 
@@ -82,16 +99,19 @@ pub(crate) fn fill(layer: &mut Layer, view: &View<'_>, how: Fill) -> Vec<f32> {
     let is_known: Vec<bool> = (0..layer.rgba.len()).map(|i| is_rim(layer, i)).collect();
     let rims = Rims::new(&is_known, width);
     let far_rims = FarRims::new(layer, &rims);
-    let background: Vec<Option<([f32; 3], f32)>> = (0..layer.rgba.len())
-        .into_par_iter()
-        .map(|i| far_rims.behind(layer, &rims, i))
-        .collect();
+    let beyond = beyond(layer, view, |i| is_known[i], |i| layer.rgba[i][3] < SOLID);
+    // What lies beyond the frames is taken from there.
+    let behind = |i: usize| match beyond[i] {
+        None => far_rims.behind(layer, &rims, i),
+        Some(_) => None,
+    };
+    let background: Vec<Option<([f32; 3], f32)>> =
+        (0..layer.rgba.len()).into_par_iter().map(behind).collect();
     let natural = if how == Fill::Natural {
         natural(layer, &far_rims.is_site, width)
     } else {
         Vec::new()
     };
-    let beyond = beyond(layer, view, |i| is_known[i], |i| layer.rgba[i][3] < SOLID);
     for (i, behind) in background.into_iter().enumerate() {
         let inside = natural.get(i).copied().flatten().or(behind);
         let Some((rgb, depth)) = beyond[i].or(inside) else {
@@ -184,6 +204,8 @@ fn is_behind(depth: f32, far: f32) -> bool {
 
 /// The far rim pixels: those behind which a hole goes on.
 struct FarRims {
+    /// The depth behind each pixel, NaN where there is none.
+    far: Vec<f32>,
     is_site: Vec<bool>,
     /// The nearest one of each pixel.
     nearest: Vec<u32>,
@@ -193,16 +215,22 @@ struct FarRims {
 impl FarRims {
     fn new(layer: &Layer, rims: &Rims) -> Self {
         let width = rims.width;
+        let told = |i: usize| {
+            let is_hole = layer.rgba[i][3] < SOLID;
+            is_hole.then(|| rims.depth_behind(layer, i)).flatten()
+        };
+        let told: Vec<f32> = (0..layer.rgba.len())
+            .into_par_iter()
+            .map(|i| told(i).unwrap_or(f32::NAN))
+            .collect();
+        let far: Vec<f32> = (0..told.len())
+            .into_par_iter()
+            .map(|i| middle(&told, width, i))
+            .collect();
         let mut is_site = vec![false; layer.rgba.len()];
-        for hole in (0..layer.rgba.len()).filter(|&i| layer.rgba[i][3] < SOLID) {
-            let Some(far) = rims.depth_behind(layer, hole) else {
-                continue;
-            };
-            for rim in rims
-                .around(hole)
-                .filter(|&rim| is_behind(layer.depth[rim], far))
-            {
-                is_site[rim] = true;
+        for (hole, far) in far.iter().enumerate().filter(|(_, far)| !far.is_nan()) {
+            for rim in rims.around(hole) {
+                is_site[rim] |= is_behind(layer.depth[rim], *far);
             }
         }
         // A stray pixel says nothing of the surface behind, unless there is nothing else.
@@ -219,6 +247,7 @@ impl FarRims {
         };
         let nearest = nearest_known(is_site.len(), width, counts);
         Self {
+            far,
             is_site,
             nearest,
             disc: disc(),
@@ -227,10 +256,10 @@ impl FarRims {
 
     /// Colour and depth behind a pixel; `None` where the pixel is known or has no rim.
     fn behind(&self, layer: &Layer, rims: &Rims, at: usize) -> Option<([f32; 3], f32)> {
-        if layer.rgba[at][3] >= SOLID {
+        let far = self.far[at];
+        if far.is_nan() {
             return None;
         }
-        let far = rims.depth_behind(layer, at)?;
         let (from, width) = (self.nearest[at], rims.width);
         if from == NOWHERE {
             return None;
@@ -257,7 +286,7 @@ impl FarRims {
             total += weight;
         }
         if total == 0.0 {
-            return background(layer, rims, at);
+            return background(layer, rims, at, far);
         }
         // An infinite depth has no mean: the farthest stands for all.
         let z = if far.is_finite() {
@@ -285,12 +314,29 @@ fn is_of_surface(layer: &Layer, width: usize, at: usize) -> bool {
     DIRECTIONS.iter().filter(|step| is_own(step)).count() >= LEAST_NEIGHBOURS
 }
 
-/// Colour and depth behind a pixel from the far rims around it; `None` where the pixel is known or has no rim.
-fn background(layer: &Layer, rims: &Rims, at: usize) -> Option<([f32; 3], f32)> {
-    if layer.rgba[at][3] >= SOLID {
-        return None;
+/// The middle one of the depths around a pixel that has one, so that neighbours agree; NaN for others.
+fn middle(depth: &[f32], width: usize, at: usize) -> f32 {
+    if depth[at].is_nan() {
+        return f32::NAN;
     }
-    let far = rims.depth_behind(layer, at)?;
+    let (x, y, height) = (at % width, at / width, depth.len() / width);
+    let (mut known, mut count) = ([0.0; 13], 0);
+    for [dx, dy] in AROUND {
+        let place = x.checked_add_signed(dx).zip(y.checked_add_signed(dy));
+        let inside = place.filter(|&(x, y)| x < width && y < height);
+        let beside = inside.map_or(f32::NAN, |(x, y)| depth[y * width + x]);
+        if !beside.is_nan() {
+            known[count] = beside;
+            count += 1;
+        }
+    }
+    *known[..count]
+        .select_nth_unstable_by(count / 2, f32::total_cmp)
+        .1
+}
+
+/// Colour and depth behind a pixel from the rims around it at about this depth; `None` without one.
+fn background(layer: &Layer, rims: &Rims, at: usize, far: f32) -> Option<([f32; 3], f32)> {
     // Depths over a power of two near the farthest: their sum stays finite.
     let unit = f32::from_bits(far.to_bits() & 0x7f80_0000).max(f32::MIN_POSITIVE);
     let (mut sum, mut depth, mut total) = ([0.0; 3], 0.0, 0.0);
@@ -305,15 +351,13 @@ fn background(layer: &Layer, rims: &Rims, at: usize) -> Option<([f32; 3], f32)> 
         depth += weight * (z / unit);
         total += weight;
     }
-    Some((
-        sum.map(|v| v / total),
-        // An infinite depth has no mean: the farthest stands for all.
-        if far.is_finite() {
-            depth / total * unit
-        } else {
-            far
-        },
-    ))
+    // An infinite depth has no mean: the farthest stands for all.
+    let depth = if far.is_finite() {
+        depth / total * unit
+    } else {
+        far
+    };
+    (total > 0.0).then(|| (sum.map(|v| v / total), depth))
 }
 
 /// Natural-neighbour interpolation between all far rim pixels; `None` outside their hull.

@@ -52,7 +52,9 @@ impl Scale {
                     if value.fract() != 0.0 || value < 0.0 {
                         return None;
                     }
-                    step = greatest_factor(step, value as u32);
+                    if step != 1 {
+                        step = greatest_factor(step, value as u32);
+                    }
                     if step == 1 && largest > MOST_LEVELS {
                         return None;
                     }

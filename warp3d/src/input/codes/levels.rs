@@ -54,22 +54,20 @@ impl Codes {
                 || (place > 0 && leads_on(i - step, i))
                 || (place + 2 < count && leads_on(i + step, i + 2 * step))
         };
-        let row = |y: usize| {
-            (0..width).map(move |x| {
-                let right = linked(y * width + x, x, width, 1);
-                let below = linked(y * width + x, y, height, width);
-                u8::from(right) * RIGHT + u8::from(below) * BELOW
-            })
-        };
-        let mut sides: Vec<u8> = (0..height).into_par_iter().flat_map_iter(row).collect();
-        for i in 0..sides.len() {
-            let links = sides[i];
-            if links & RIGHT != 0 {
-                sides[i + 1] |= LEFT;
+        let mut sides = vec![0; levels.len()];
+        let rows = sides.par_chunks_mut(width).enumerate();
+        rows.for_each(|(y, row): (usize, &mut [u8])| {
+            for x in 0..width {
+                let i = y * width + x;
+                row[x] |= u8::from(linked(i, y, height, width)) * BELOW;
+                if linked(i, x, width, 1) {
+                    row[x] |= RIGHT;
+                    row[x + 1] |= LEFT;
+                }
             }
-            if links & BELOW != 0 {
-                sides[i + width] |= ABOVE;
-            }
+        });
+        for i in width..sides.len() {
+            sides[i] |= (sides[i - width] & BELOW) / BELOW * ABOVE;
         }
         Self {
             levels,
@@ -104,22 +102,28 @@ impl Codes {
             distance_px: (0..count).into_par_iter().map(at).collect(),
             beside: (0..count as u32).map(|i| [i; 2]).collect(),
         };
-        // The second pair of sweeps goes around corners.
-        for _ in 0..2 {
-            let height = count / self.width;
-            (0..height).for_each(|y| self.relax::<false>(&mut borders, y));
-            (0..height)
-                .rev()
-                .for_each(|y| self.relax::<true>(&mut borders, y));
+        let height = count / self.width;
+        let mut moved = vec![false; height + 2];
+        // The second pair of sweeps goes around corners. Upwards it has something to do only beside rows that have changed.
+        for round in 0..2 {
+            for y in 0..height {
+                moved[y + 1] = self.relax::<false>(&mut borders, y) || round == 0;
+            }
+            for y in (0..height).rev() {
+                if moved[y + 1] || moved[y + 2] {
+                    moved[y + 1] |= self.relax::<true>(&mut borders, y);
+                }
+            }
         }
         borders
     }
 
     /// Takes over in row `y` what the samples of the rows before, and those before in the row itself, know; from the other side
-    /// if `BACK`.
-    fn relax<const BACK: bool>(&self, borders: &mut Borders, y: usize) {
+    /// if `BACK`. Whether anything was taken over.
+    fn relax<const BACK: bool>(&self, borders: &mut Borders, y: usize) -> bool {
         let (width, count) = (self.width, self.levels.len());
         let has_row = if BACK { (y + 1) * width < count } else { y > 0 };
+        let mut any = false;
         for k in 0..width {
             let x = if BACK { width - 1 - k } else { k };
             let i = y * width + x;
@@ -151,10 +155,13 @@ impl Codes {
                 -row - diagonal,
                 std::f32::consts::SQRT_2,
             );
-            borders.distance_px[i] = best;
-            let beside = [0, 1].map(|k| borders.beside[from[k]][k]);
-            borders.beside[i] = beside;
+            if from != [i; 2] {
+                borders.distance_px[i] = best;
+                borders.beside[i] = [0, 1].map(|k| borders.beside[from[k]][k]);
+                any = true;
+            }
         }
+        any
     }
 
     /// Each sample between the borders of its level.

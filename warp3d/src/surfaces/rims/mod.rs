@@ -11,10 +11,12 @@
 //! Limits: edges are taken along rows and columns; a depth edge that is off by whole pixels is left as it is.
 
 mod along;
+mod clean;
 mod shape;
 
 use crate::surfaces::surface::{Limb, Surfaces};
 use along::{UNKNOWN, deviation_of, spread_of, straightened};
+pub(crate) use clean::clean;
 
 /// Where edges lie between samples.
 #[derive(Clone, Debug)]
