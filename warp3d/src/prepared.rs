@@ -13,7 +13,7 @@ use crate::surfaces::sharpen_edges::{Edges, sharpened_in_bands};
 use crate::surfaces::spline::solve;
 use crate::surfaces::surface::Surfaces;
 
-/// What is known of a picture as a whole.
+/// Facts of a whole picture, for its parts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surveyed {
     /// By how much disparity may change on one surface, relative to it.
