@@ -270,7 +270,7 @@ fn with_plan(mut stats: Value, planned: Option<&Value>) -> Value {
     stats
 }
 
-/// The effect of an option's new value; `None` for an option that decides what is read.
+/// The work that a new value of an option causes; `None` if the scene must be read again.
 fn change_of(application: Application, name: &str) -> Option<Change> {
     let is_of = |names: Vec<String>| names.iter().any(|known| known == name);
     if is_of(names_of::<CameraArgs>())

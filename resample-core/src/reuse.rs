@@ -1,4 +1,4 @@
-//! Reuse of what a renderer prepared, when its options change.
+//! Reuse of a renderer's preparation when its options change.
 
 /// The result of an update: the preparation serves the new options, or not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

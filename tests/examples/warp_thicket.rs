@@ -1,4 +1,4 @@
-//! Warps leaves and twigs with soft depth, fills what is not seen, and prints the figures of the edge band as a table.
+//! Warps leaves and twigs with soft depth, fills the holes, and prints the figures of the edge band as a table.
 //!
 //! `cargo run --release -p resample-tests --example warp_thicket [-- FOLDER]`. With FOLDER, pictures are written there, the
 //! truth beside.

@@ -122,7 +122,7 @@ impl ImportGraph {
                     .zip(target)
                     .take_while(|(a, b)| a == b)
                     .count();
-                // The file of a folder itself (`mod.rs`) is a sibling of what the folder holds.
+                // `mod.rs` counts as a sibling of the folder's other files.
                 let sibling = |of: &Module| of[..of.len().min(shared + 1)].to_vec();
                 let [from, to] = [sibling(module), sibling(target)];
                 let graph = siblings.entry(&module[..shared]).or_default();

@@ -109,8 +109,8 @@ impl Plane {
         rows.of(|x, y| along(y, self.height, &|i| rows.at(x, i)))
     }
 
-    /// The guided filter: in each window the numbers are a straight line over the brightness, and what the windows around a
-    /// sample say is averaged.
+    /// The guided filter: fits a straight line over the brightness in each window, and averages the lines of the windows around
+    /// a sample.
     fn guided(&self, colours: &[[f32; 3]], sigma: f64) -> Self {
         // Variance of brightness below which a window is flat: a contrast of 0.1.
         const FLAT: f64 = 0.01;

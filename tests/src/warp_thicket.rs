@@ -2,10 +2,9 @@
 //!
 //! Gives the scene with its true views, the reference with depth that was blurred, filtered by the picture or coded in 8
 //! bits, and the figures of the band around true depth edges. All bodies differ strongly in hue, so that a colour
-//! tells whose it is. A *stray* pixel shows what truth has nowhere in the 5x5 pixels around, a *foreign* one a hue that
-//! is none of theirs at any brightness; the latter can be asked of what the reference does not see too. A *speck* is a
-//! stray pixel, seen or filled, that is like two of its eight neighbours at most: not a thing that stands in the wrong
-//! place, as leaves do that are narrower than the blur.
+//! tells whose it is. A *stray* pixel has a colour that the truth lacks in the 5x5 pixels around; a *foreign* pixel has a hue
+//! that the truth lacks there at any brightness, and is counted in filled holes too. A *speck* is a stray pixel, seen or filled,
+//! that is like at most two of its eight neighbours: leaves narrower than the blur, which stand in the wrong place, are no specks.
 //!
 //! Limits: colours are compared after a square root, which stands for the curve of a display.
 
@@ -59,7 +58,7 @@ pub enum Made {
 pub struct BandFigures {
     /// PSNR over pixels of the band that the reference sees wholly, dB.
     pub psnr_db: f64,
-    /// The same with what the reference does not see, which is filled, dB.
+    /// PSNR of the edge band with its filled holes, dB.
     pub filled_db: f64,
     /// Stray pixels, of those that the reference sees wholly.
     pub stray: usize,

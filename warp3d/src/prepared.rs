@@ -6,7 +6,7 @@ use resample_core::Camera;
 use crate::Reference;
 use crate::options::{MixedPixels, SurfaceOptions, SurfaceTolerance};
 use crate::project::{Quarters, Segments};
-use crate::resolve::colour::Colours;
+use crate::surfaces::colour_samples::Colours;
 use crate::surfaces::input_copy::{TakenColours, TakenDepths};
 use crate::surfaces::rims::{Rims, clean};
 use crate::surfaces::sharpen_edges::{Edges, sharpened_in_bands};

@@ -162,7 +162,7 @@ impl Ladder {
         self.rungs.last().unwrap_or(&self.default)
     }
 
-    /// The first setting of this work or more; the exact one where there is none.
+    /// The cheapest setting that takes at least this work; the exact setting if all take less.
     pub(super) fn at_work(&self, work: f64) -> &Rung {
         let mut rungs = self.rungs.iter();
         rungs.find(|rung| rung.work >= work).unwrap_or(self.exact())

@@ -117,7 +117,7 @@ fn a_lit_volume_of_bytes_takes_few_bytes_a_voxel() {
     let bench = Bench::new();
     let own = peak_of_bytes(&bench, SIDE) - peak_of_bytes(&bench, 8);
     // The voxel; four bytes each for its face and its differences, with the brick's rim 4.5 and 5.7; the brick itself and its
-    // places in lists, some 600 bytes for 512 voxels: 12.4. An eighth more for what the allocator keeps.
+    // places in lists, some 600 bytes for 512 voxels: 12.4. An eighth more for the allocator's reserve.
     let each = own / SIDE.pow(3) as f64;
     assert!(each < 14.0, "{each:.1} bytes a voxel");
 }

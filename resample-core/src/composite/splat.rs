@@ -1,4 +1,4 @@
-//! Ellipse scan conversion: one splat laid over a tile, or added to the open slice, row by row.
+//! Ellipse scan conversion: composites one splat over a tile row by row, or adds it to the open slice.
 
 use fearless_simd::prelude::*;
 

@@ -52,8 +52,8 @@ pub(crate) fn reflect<S: Simd>(
     let metal = load(&inputs.metal);
     let base = load_3(simd, &inputs.base);
     let with_metal = load_3(simd, &inputs.base_with_metal);
-    let of_metal = metal.simd_gt(splat(LEAST_METAL));
-    let per_metal = of_metal.select(one / metal.max(splat(LEAST_METAL)), zero);
+    let is_metal = metal.simd_gt(splat(LEAST_METAL));
+    let per_metal = is_metal.select(one / metal.max(splat(LEAST_METAL)), zero);
     let metals = [
         (base[0] + with_metal[0] * per_metal).max(zero),
         (base[1] + with_metal[1] * per_metal).max(zero),
@@ -102,25 +102,57 @@ pub(crate) fn reflect<S: Simd>(
     }
     let mut even = [zero; 3];
     irradiance(simd, environment, [nx, ny, nz], variance, &mut even);
-    // Each of the two is whole by itself; light that bounces is no line in f0, so that their mix is not that of a mixed f0.
-    let paint = one - metal;
-    let per_paint = one / paint.max(splat(LEAST_METAL));
-    let of_metal = once.of(per_metal);
-    let of_paint = once.of(zero - per_paint);
-    let (first, often_of_paint) = of_paint.again(simd, splat(DIELECTRIC));
-    let below = (one - first - often_of_paint).max(zero);
-    let often_of_paint = often_of_paint * paint;
+    let footprint = Footprint {
+        metal,
+        per_metal,
+        metals,
+        base,
+        with_metal,
+    };
+    let further = footprint.further(simd, &once);
     let open = load(&inputs.open);
     let mut rgb = [[0.0; LANES]; 3];
     for k in 0..3 {
-        let (_, often_of_metal) = of_metal.again(simd, metals[k]);
-        let often = often_of_paint + often_of_metal * metal;
-        let matt = base[k] * (below * paint) - with_metal[k] * below;
-        let sum = mirror[k] + (often + matt.max(zero)) * even[k];
+        let sum = mirror[k] + further[k] * even[k];
         (sum * open).store_slice(&mut rgb[k]);
     }
     for lane in 0..count {
         out[lane] = Vec4::new(rgb[0][lane], rgb[1][lane], rgb[2][lane], 0.0);
+    }
+}
+
+/// The metal and the paint of footprints, for the light that leaves them late.
+struct Footprint<S: Simd> {
+    metal: f32x16<S>,
+    /// One over it; 0 where there is none.
+    per_metal: f32x16<S>,
+    metals: [f32x16<S>; 3],
+    base: [f32x16<S>; 3],
+    with_metal: [f32x16<S>; 3],
+}
+
+impl<S: Simd> Footprint<S> {
+    /// The shares of even light that bounce between facets, or scatter below the surface, before they leave.
+    #[inline(always)]
+    fn further(&self, simd: S, once: &Once<S>) -> [f32x16<S>; 3] {
+        let splat = |x: f32| f32x16::splat(simd, x);
+        let (zero, one) = (splat(0.0), splat(1.0));
+        // Each of the two is whole by itself; light that bounces is no line in f0, so that their mix is not that of a mixed f0.
+        let paint = one - self.metal;
+        let per_paint = one / paint.max(splat(LEAST_METAL));
+        let of_metal = once.of(self.per_metal);
+        let of_paint = once.of(zero - per_paint);
+        let (first, often_of_paint) = of_paint.again(simd, splat(DIELECTRIC));
+        let below = (one - first - often_of_paint).max(zero);
+        let often_of_paint = often_of_paint * paint;
+        let mut further = [zero; 3];
+        for (k, further) in further.iter_mut().enumerate() {
+            let (_, often_of_metal) = of_metal.again(simd, self.metals[k]);
+            let often = often_of_paint + often_of_metal * self.metal;
+            let matt = self.base[k] * (below * paint) - self.with_metal[k] * below;
+            *further = often + matt.max(zero);
+        }
+        further
     }
 }
 

@@ -4,7 +4,8 @@ use serde_json::Value;
 
 use super::super::files::Names;
 use super::accessor::Numbers;
-use super::{animation, container};
+use crate::input::gltf::container;
+use crate::input::gltf::pose::animation;
 
 /// The content of a mesh file beside the drawn scene.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -5,19 +5,22 @@
 //! comes through `accessor.rs`, which checks it.
 //! Source: the glTF 2.0 specification of the Khronos Group. Limits: points and lines are left out, and of materials the layers of light beyond metal and roughness.
 
+mod pose;
+
+use crate::input::gltf::pose::animation;
+use crate::input::gltf::pose::deform;
+use crate::input::gltf::pose::nodes;
+
 mod accessor;
-mod animation;
 mod attribute;
 mod camera;
 mod container;
 pub(super) mod contents;
-mod deform;
 mod document;
 mod extensions;
 mod glossiness;
 mod instances;
 mod material;
-mod nodes;
 mod primitive;
 
 use glam::{DMat4, DVec3};
@@ -28,10 +31,10 @@ use super::choice::LoadOptions;
 use super::files::{Names, excerpt};
 use super::notes::Notes;
 use crate::input::finish::origin;
+use crate::input::gltf::pose::animation::Posed;
+use crate::input::gltf::pose::deform::Place;
 use crate::scene::{Mesh, Scene};
 use accessor::Numbers;
-use animation::Posed;
-use deform::Place;
 use document::Transform;
 use material::Materials;
 

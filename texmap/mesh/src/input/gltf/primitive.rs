@@ -11,8 +11,8 @@ use gltf::json::validation::Checked;
 use super::super::notes::Notes;
 use super::accessor::Numbers;
 use super::attribute::{COLOUR, INDICES, TEXCOORD, attribute, same_count};
-use super::deform;
-use super::deform::{Place, Placed};
+use crate::input::gltf::pose::deform;
+use crate::input::gltf::pose::deform::{Place, Placed};
 use crate::scene::Mesh;
 
 /// Most sets of texture coordinates that are kept. Files have one or two; materials use two at most.

@@ -8,11 +8,11 @@ use glam::DMat4;
 use gltf::json::Root;
 use gltf::json::scene::Node;
 
-use super::super::files::excerpt;
 use crate::input::choice::SceneChoice;
+use crate::input::files::excerpt;
 
 /// From the space of each node to the world, by those to their parents.
-pub(super) fn world_from_nodes(
+pub(in crate::input::gltf) fn world_from_nodes(
     root: &Root,
     parent_from_nodes: &[DMat4],
 ) -> Result<Vec<DMat4>, String> {
@@ -44,7 +44,10 @@ pub(super) fn world_from_nodes(
 }
 
 /// The nodes that a scene shows, in the order of the file: its own and all below them.
-pub(super) fn shown(root: &Root, choice: Option<&SceneChoice>) -> Result<Vec<usize>, String> {
+pub(in crate::input::gltf) fn shown(
+    root: &Root,
+    choice: Option<&SceneChoice>,
+) -> Result<Vec<usize>, String> {
     let mut todo: Vec<usize> = match chosen(root, choice)? {
         Some(scene) => root.scenes[scene]
             .nodes

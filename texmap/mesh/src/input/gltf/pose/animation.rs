@@ -11,21 +11,21 @@ use glam::{DQuat, DVec3, DVec4};
 use gltf::json::accessor::{ComponentType, Type};
 use serde_json::Value;
 
-use super::super::files::excerpt;
-use super::super::notes::Notes;
-use super::accessor::{Integers, Numbers, Use};
-use super::document::Transform;
 use crate::input::choice::Pose;
+use crate::input::files::excerpt;
+use crate::input::gltf::accessor::{Integers, Numbers, Use};
+use crate::input::gltf::document::Transform;
+use crate::input::notes::Notes;
 
 /// Transforms of all nodes, and weights of morph targets by node, at a moment.
-pub(super) struct Posed {
+pub(in crate::input::gltf) struct Posed {
     pub transforms: Vec<Transform>,
     pub weights: HashMap<usize, Vec<f32>>,
 }
 
 impl Posed {
     /// The pose of the file.
-    pub(super) fn new(transforms: &[Transform]) -> Self {
+    pub(in crate::input::gltf) fn new(transforms: &[Transform]) -> Self {
         Self {
             transforms: transforms.to_vec(),
             weights: HashMap::new(),
@@ -89,7 +89,7 @@ struct Moment {
 }
 
 /// Poses `posed` by one of the animations.
-pub(super) fn pose(
+pub(in crate::input::gltf) fn pose(
     animations: &[Value],
     pose: &Pose,
     numbers: &Numbers,
@@ -106,7 +106,7 @@ pub(super) fn pose(
 }
 
 /// Time of the last key, s; samplers that cannot be read count as nothing.
-pub(super) fn length_s(animation: &Value, numbers: &Numbers) -> f64 {
+pub(in crate::input::gltf) fn length_s(animation: &Value, numbers: &Numbers) -> f64 {
     let samplers = list(animation, "samplers").iter();
     let last = samplers
         .filter_map(|sampler| Sampler::read(sampler, numbers).ok()?.times.last().copied())
