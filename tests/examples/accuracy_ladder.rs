@@ -12,9 +12,9 @@ use std::process::ExitCode;
 use glam::DVec3;
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, FootprintMode, Image, KernelShape, SelectMode};
-use resample_tests::analytic_fields::AnalyticField;
 use resample_tests::choices::{summed, with_field, with_samples, with_sheets};
 use resample_tests::frames::{frames_argument, one_thread};
+use resample_tests::volumes::analytic_fields::AnalyticField;
 use volsplat::{
     Cells, Classify, Interpolate, Light, RenderOptions, Renderer, SampleOrder, Shading,
 };

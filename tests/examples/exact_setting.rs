@@ -7,13 +7,13 @@
 use glam::DVec3;
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, Image};
-use resample_tests::analytic_fields::AnalyticField;
-use resample_tests::area_truth::AreaTruth;
 use resample_tests::choices::with_field;
-use resample_tests::lod_scenes::real;
-use resample_tests::peer_scenes::{Distance, Scene as View, Subject};
-use resample_tests::scene_reference;
-use resample_tests::shell_scenes::Shell;
+use resample_tests::twins::channels;
+use resample_tests::volumes::analytic_fields::AnalyticField;
+use resample_tests::volumes::area_truth::AreaTruth;
+use resample_tests::volumes::lod_scenes::real;
+use resample_tests::volumes::peer_scenes::{Distance, Scene as View, Subject};
+use resample_tests::volumes::shells::Shell;
 use volsplat::{
     Light, RenderOptions, Renderer, Scene, Shading, Subpixels, TransferFunction, Volume,
 };
@@ -185,7 +185,7 @@ fn truth(case: &Case, (rays, steps, through): (usize, f64, f64)) -> Image {
     }
     let options = with(case, 1.0 / steps, rays as u32);
     let scene = Scene::new(&case.volume, &case.look);
-    let pixels = scene_reference::render(&scene, &case.camera, &options);
+    let pixels = channels::render(&scene, &case.camera, &options);
     let mut image = Image::transparent(case.camera.width as usize, case.camera.height as usize);
     for (pixel, truth) in image.rgba.iter_mut().zip(pixels) {
         let [r, g, b] = truth.rgb.map(|value| value as f32);

@@ -13,8 +13,8 @@ use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, Image, KernelShape};
 use resample_tests::choices::{summed, with_field, with_sheets};
 use resample_tests::frames::{frames_argument, one_thread};
-use resample_tests::peer_scenes::{Distance, Scene, Subject};
-use resample_tests::scenes::volume;
+use resample_tests::volumes::peer_scenes::{Distance, Scene, Subject};
+use resample_tests::volumes::scenes::volume;
 use volsplat::{Interpolate, RenderOptions, Renderer, TransferFunction, Volume};
 
 const PROGRAM: &str = "interpolate_real";

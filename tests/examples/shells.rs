@@ -8,11 +8,11 @@
 use glam::{DAffine3, DVec3};
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, Image, LookAt};
-use resample_tests::area_truth::AreaTruth;
 use resample_tests::data::data_file;
-use resample_tests::peer_scenes::Subject;
-use resample_tests::scenes::transfer;
-use resample_tests::shell_scenes::Shell;
+use resample_tests::volumes::area_truth::AreaTruth;
+use resample_tests::volumes::peer_scenes::Subject;
+use resample_tests::volumes::scenes::transfer;
+use resample_tests::volumes::shells::Shell;
 use volsplat::{LoadOptions, RenderOptions, Renderer, TransferFunction, Volume};
 
 const PROGRAM: &str = "shells";

@@ -13,7 +13,7 @@ use resample_core::image::srgb_from_linear;
 use resample_core::metrics::{Comparison, Mask, compare};
 use resample_core::{Camera, Image};
 use resample_tests::frames::one_thread;
-use resample_tests::texture_scenes::{TextureScene, TruthFilter};
+use resample_tests::meshes::texture_scenes::{TextureScene, TruthFilter};
 use texmap::{FrameStats, Method, RenderOptions, Renderer, Scene};
 
 /// Timed frames of each setting.

@@ -6,8 +6,8 @@
 
 use resample_core::clock::StageClock;
 use resample_tests::data::data_file;
-use resample_tests::peer_scenes::Subject;
-use resample_tests::scenes::transfer;
+use resample_tests::volumes::peer_scenes::Subject;
+use resample_tests::volumes::scenes::transfer;
 use volsplat::{
     Clip, LoadOptions, RenderOptions, Renderer, Scene, Shading, TransferFunction, Volume, Voxels,
 };

@@ -12,7 +12,7 @@ use resample_core::{Camera, FootprintMode, Image, KernelShape, OpacityMode, Sele
 use resample_tests::choices::{with_field, with_samples};
 use resample_tests::frames::frames_argument;
 use resample_tests::interleaved::{Entrant, run};
-use resample_tests::peer_scenes::{Scene, Subject, Truth};
+use resample_tests::volumes::peer_scenes::{Scene, Subject, Truth};
 use volsplat::{RenderOptions, Subpixels, TransferFunction, Volume};
 
 /// How far the camera turns from frame to frame: a voxel at the volume's rim moves by about two pixels.

@@ -6,13 +6,13 @@
 
 use glam::DVec3;
 use resample_core::{Camera, Image};
-use resample_tests::warp_edges::{
+use resample_tests::warps::edges::{
     changed_at_home, out_of_range, rim_fill_percent, turned, with_unknown,
 };
-use resample_tests::warp_filtered::{filtered_scene, fresh_scenes};
-use resample_tests::warp_measure::measure;
-use resample_tests::warp_scenes::{AnalyticScene, camera};
-use resample_tests::warp_truth::{SCENES, WarpScene};
+use resample_tests::warps::filtered::{filtered_scene, fresh_scenes};
+use resample_tests::warps::measure::measure;
+use resample_tests::warps::scenes::{AnalyticScene, camera};
+use resample_tests::warps::truth::{SCENES, WarpScene};
 use warp3d::{Method, MixedPixels, Reference, SurfaceOptions, WarpOptions, Warper};
 
 fn main() {

@@ -7,10 +7,10 @@
 
 use glam::DVec3;
 use resample_core::{Camera, Image};
-use resample_tests::warp_filtered::{filtered_scene, forward_backward, fresh_scenes};
-use resample_tests::warp_measure::measure;
-use resample_tests::warp_scenes::{AnalyticScene, Body, camera};
-use resample_tests::warp_truth::WarpScene;
+use resample_tests::warps::filtered::{filtered_scene, forward_backward, fresh_scenes};
+use resample_tests::warps::measure::measure;
+use resample_tests::warps::scenes::{AnalyticScene, Body, camera};
+use resample_tests::warps::truth::WarpScene;
 use warp3d::{Method, MixedPixels, Reference, SurfaceOptions, WarpOptions, Warper};
 
 /// Sub-pixel steps of the camera.

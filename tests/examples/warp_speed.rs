@@ -11,9 +11,9 @@ use std::time::Instant;
 
 use glam::DVec3;
 use resample_core::Camera;
-use resample_tests::warp_pairs::pair;
-use resample_tests::warp_scenes::{AnalyticScene, camera};
-use resample_tests::warp_truth::WarpScene;
+use resample_tests::warps::pairs::pair;
+use resample_tests::warps::scenes::{AnalyticScene, camera};
+use resample_tests::warps::truth::WarpScene;
 use serde_json::Value;
 use warp3d::{Method, Reference, WarpOptions, Warper};
 

@@ -5,8 +5,8 @@
 
 use resample_core::Image;
 use resample_core::image::srgb_from_linear;
-use resample_tests::warp_soft::Softening::{Blurred, Guided, Linear};
-use resample_tests::warp_thicket::{BandFigures, Made, in_band, views, with_depth};
+use resample_tests::warps::soft::Softening::{Blurred, Guided, Linear};
+use resample_tests::warps::thicket::{BandFigures, Made, in_band, views, with_depth};
 use warp3d::{Fill, WarpOptions, Warper};
 
 fn main() {

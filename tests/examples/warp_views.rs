@@ -9,10 +9,10 @@ use std::process::ExitCode;
 use glam::DVec3;
 use resample_core::Image;
 use resample_core::image::srgb_from_linear;
-use resample_tests::warp_measure::{WarpFigures, measure};
-use resample_tests::warp_pairs::{PAIRS, pair};
-use resample_tests::warp_scenes::{AnalyticScene, camera};
-use resample_tests::warp_truth::{SCENES, WarpScene};
+use resample_tests::warps::measure::{WarpFigures, measure};
+use resample_tests::warps::pairs::{PAIRS, pair};
+use resample_tests::warps::scenes::{AnalyticScene, camera};
+use resample_tests::warps::truth::{SCENES, WarpScene};
 use warp3d::{Fill, Frame, Method, MixedPixels, SurfaceOptions, WarpOptions, Warper};
 
 /// Timed frames if none are asked for.

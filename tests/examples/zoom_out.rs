@@ -10,9 +10,9 @@
 use std::process::ExitCode;
 
 use resample_core::{Camera, Image, SelectMode};
-use resample_tests::area_truth::AreaTruth;
 use resample_tests::choices::{samples, with_samples};
-use resample_tests::lod_scenes::{Subject, zoom_subjects};
+use resample_tests::volumes::area_truth::AreaTruth;
+use resample_tests::volumes::lod_scenes::{Subject, zoom_subjects};
 use volsplat::{Cells, RenderOptions, Renderer};
 
 fn main() -> ExitCode {

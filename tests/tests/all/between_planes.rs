@@ -7,7 +7,7 @@
 use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec3};
-use resample_tests::trilinear::scalar;
+use resample_tests::twins::trilinear::scalar;
 use volsplat::{Volume, Voxels};
 
 /// Voxels along an axis.

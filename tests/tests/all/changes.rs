@@ -3,7 +3,9 @@
 use glam::{DAffine3, DVec3};
 use resample_core::Camera;
 use resample_tests::choices::with_field;
-use resample_tests::scenes::{coloured, orthographic, perspective, sheared_grid, transfer, volume};
+use resample_tests::volumes::scenes::{
+    coloured, orthographic, perspective, sheared_grid, transfer, volume,
+};
 use volsplat::{
     Blend, Channel, Clip, ClipPlane, Isosurface, Look, RenderOptions, Renderer, Scene, Shading,
     TransferFunction, Volume, Voxels,

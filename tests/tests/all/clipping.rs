@@ -4,9 +4,9 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::Camera;
-use resample_tests::against_sheets::hold;
-use resample_tests::reference::Scene;
-use resample_tests::scenes::{
+use resample_tests::twins::samples::Scene;
+use resample_tests::volumes::against_sheets::hold;
+use resample_tests::volumes::scenes::{
     coloured, full, orthographic, perspective, random_volume, render, sheared_grid,
     worst_difference,
 };
@@ -246,9 +246,9 @@ fn every_sample_clips_voxel_centres() {
     let volume = random_volume(DIMS, sheared_grid());
     for (what, clip) in clips(&volume) {
         let kept = |index: DVec3| {
-            resample_tests::clip_reference::keeps_with(&clip, &volume.world_from_index, index, 0.0)
+            resample_tests::twins::clip::keeps_with(&clip, &volume.world_from_index, index, 0.0)
         };
-        let cut = resample_tests::scenes::volume(DIMS, sheared_grid(), |index| {
+        let cut = resample_tests::volumes::scenes::volume(DIMS, sheared_grid(), |index| {
             let [i, j, k] = index.as_usizevec3().to_array();
             if kept(index) {
                 volume.value((k * DIMS[1] + j) * DIMS[0] + i)

@@ -7,7 +7,9 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, SelectMode};
-use resample_tests::scenes::{full, grey, orthographic, perspective, render, single_voxel, volume};
+use resample_tests::volumes::scenes::{
+    full, grey, orthographic, perspective, render, single_voxel, volume,
+};
 use volsplat::{RenderOptions, Volume};
 
 /// Sum of the optical depths of all pixels.

@@ -7,8 +7,8 @@
 use glam::{DAffine3, DVec3};
 use resample_core::{KernelShape, SelectMode};
 use resample_tests::choices::with_samples;
-use resample_tests::field::ReferenceKernel;
-use resample_tests::scenes::{
+use resample_tests::twins::field::ReferenceKernel;
+use resample_tests::volumes::scenes::{
     full, grey, orthographic, perspective, random_volume, render, single_voxel,
 };
 use volsplat::{Volume, Voxels};
@@ -133,7 +133,8 @@ fn opacity_of_zero_is_nothing_and_of_one_is_a_wall() {
         );
         for shape in KernelShape::ALL {
             let options = with_samples(full(select), |samples| samples.kernel = shape);
-            let solid = resample_tests::scenes::volume([5, 5, 5], DAffine3::IDENTITY, |_| 1.0);
+            let solid =
+                resample_tests::volumes::scenes::volume([5, 5, 5], DAffine3::IDENTITY, |_| 1.0);
             let image = render(&solid, &grey(1.0), &options, &camera);
             let middle = image.pixel(12, 12);
             if select != SelectMode::Points {

@@ -8,7 +8,7 @@ mod errors;
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, KernelShape, SelectMode};
 use resample_tests::choices::with_samples;
-use resample_tests::scenes::{
+use resample_tests::volumes::scenes::{
     coloured, full, grey, orthographic, perspective, random_volume, render, single_voxel, volume,
 };
 use volsplat::{DepthPlane, RenderOptions, Renderer, Volume};
@@ -334,7 +334,8 @@ fn an_early_end_changes_no_pixel_by_more_than_its_bound() {
         };
         let whole = picture(0.0);
         for bound in [1.0 / 512.0, 0.05, 0.5, 0.99] {
-            let difference = resample_tests::scenes::worst_difference(&whole, &picture(bound));
+            let difference =
+                resample_tests::volumes::scenes::worst_difference(&whole, &picture(bound));
             println!("{select:?}, end at {bound}: {difference:.1e}");
             assert!(
                 difference <= f64::from(bound),

@@ -8,9 +8,9 @@ use resample_core::footprint::{BallGeometry, Footprint};
 use resample_core::index_table::index_as_printed;
 use resample_core::{Camera, FootprintMode, GridView, KernelShape, Projection, SelectMode};
 use resample_tests::choices::with_samples;
-use resample_tests::field::ReferenceKernel;
-use resample_tests::rays::RaySource;
-use resample_tests::scenes::{full, grey, perspective, render, volume};
+use resample_tests::twins::field::ReferenceKernel;
+use resample_tests::twins::rays::RaySource;
+use resample_tests::volumes::scenes::{full, grey, perspective, render, volume};
 use volsplat::RenderOptions;
 
 const FOCAL_PX: f64 = 500.0;

@@ -3,9 +3,9 @@
 use glam::{DAffine3, DVec3};
 use resample_core::Camera;
 use resample_tests::choices::with_field;
-use resample_tests::iso_reference::render as reference;
-use resample_tests::reference::Scene;
-use resample_tests::scenes::{
+use resample_tests::twins::isosurface::render as reference;
+use resample_tests::twins::samples::Scene;
+use resample_tests::volumes::scenes::{
     coloured, orthographic, perspective, random_volume, render, sheared_grid, volume,
 };
 use volsplat::{
@@ -148,7 +148,7 @@ fn slabs_leave_no_pattern() {
         let options = with_field(options(14.2, 1), |field| field.slab_voxels = slab_voxels);
         let image = render(&field, &coloured(0.5), &options, &camera);
         let depths = image.depth.as_ref().expect("a depth plane was asked for");
-        let rays = resample_tests::rays::RaySource::new(&camera, &DAffine3::IDENTITY);
+        let rays = resample_tests::twins::rays::RaySource::new(&camera, &DAffine3::IDENTITY);
         let (mut worst, mut seen) = (0.0f64, 0);
         for (i, depth) in depths
             .iter()

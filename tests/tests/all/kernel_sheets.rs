@@ -7,7 +7,9 @@ mod held;
 use glam::{DAffine3, DVec3};
 use resample_core::{KernelShape, SelectMode};
 use resample_tests::choices::{with_samples, with_sheets};
-use resample_tests::scenes::{coloured, perspective, random_volume, sheared_grid, transfer};
+use resample_tests::volumes::scenes::{
+    coloured, perspective, random_volume, sheared_grid, transfer,
+};
 use volsplat::procedural::blobs;
 use volsplat::{
     Cells, Classify, Clip, ClipPlane, Interpolate, Light, RenderOptions, Renderer, Shading,

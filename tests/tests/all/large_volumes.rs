@@ -5,7 +5,7 @@ mod scene;
 
 use glam::DVec3;
 use resample_tests::choices::with_field;
-use resample_tests::scenes::{perspective, transfer};
+use resample_tests::volumes::scenes::{perspective, transfer};
 use std::ops::Range;
 use std::path::Path;
 use volsplat::{

@@ -8,7 +8,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use glam::DVec3;
 use resample_core::{Camera, Image};
-use resample_tests::scenes::{perspective, transfer};
+use resample_tests::volumes::scenes::{perspective, transfer};
 use tempfile::TempDir;
 use volsplat::{LargeVolume, LoadOptions, RenderOptions, Renderer, TransferFunction, load};
 

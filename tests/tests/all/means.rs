@@ -4,7 +4,7 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, Image};
-use resample_tests::scenes::{perspective, transfer, volume};
+use resample_tests::volumes::scenes::{perspective, transfer, volume};
 use volsplat::{RenderOptions, Renderer, Subpixels, TransferFunction, Volume};
 
 const SIDE_VOXELS: usize = 28;

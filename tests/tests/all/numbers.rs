@@ -6,8 +6,10 @@ use glam::{DAffine3, DMat3, DQuat, DVec3};
 use proptest::prelude::*;
 use resample_core::{Camera, Image, LookAt, SelectMode};
 use resample_tests::choices::{classified_orders, with_field, with_samples};
-use resample_tests::scenes::{coloured, grey, orthographic, single_voxel, worst_difference};
-use resample_tests::textured::{photo, quad_scene};
+use resample_tests::meshes::textured::{photo, quad_scene};
+use resample_tests::volumes::scenes::{
+    coloured, grey, orthographic, single_voxel, worst_difference,
+};
 use texmap::scene::Wrap;
 use volsplat::{
     Blend, DepthPlane, RenderOptions, Renderer, Shading, TransferFunction, Volume, Voxels,
@@ -302,7 +304,7 @@ proptest! {
         fill in 0usize..3,
     ) {
         let camera = |aside: f64| {
-            resample_tests::warp_scenes::camera([8, 6], 8.0, DVec3::X * aside, 0.1 * aside.min(1.0))
+            resample_tests::warps::scenes::camera([8, 6], 8.0, DVec3::X * aside, 0.1 * aside.min(1.0))
         };
         let reference = Reference {
             camera: camera(0.0),

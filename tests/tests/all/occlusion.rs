@@ -5,8 +5,8 @@
 use glam::{DAffine3, DVec3};
 use resample_core::SelectMode;
 use resample_tests::choices::with_samples;
-use resample_tests::lod_scenes::procedural;
-use resample_tests::scenes::{
+use resample_tests::volumes::lod_scenes::procedural;
+use resample_tests::volumes::scenes::{
     coloured, perspective, random_volume, render, transfer, worst_difference,
 };
 use volsplat::{Cells, RenderOptions, Renderer};

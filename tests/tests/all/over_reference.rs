@@ -9,10 +9,10 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, OpacityMode, SelectMode};
-use resample_tests::cell_reference::parts;
 use resample_tests::choices::with_samples;
-use resample_tests::reference::{ReferencePixel, Scene, render as reference};
-use resample_tests::scenes::{
+use resample_tests::twins::cells::parts;
+use resample_tests::twins::samples::{ReferencePixel, Scene, render as reference};
+use resample_tests::volumes::scenes::{
     coloured, full, orthographic, perspective, random_volume, render, sheared_grid,
 };
 use volsplat::{Cells, DepthPlane, RenderOptions, Renderer, SampleOrder, Volume};

@@ -5,7 +5,7 @@
 
 use resample_core::KernelShape;
 use resample_tests::choices::with_samples;
-use resample_tests::popping::{Changes, STEPS, Turn, checkers};
+use resample_tests::volumes::popping::{Changes, STEPS, Turn, checkers};
 use volsplat::RenderOptions;
 
 /// What a jump would be: largest over median change from frame to frame.

@@ -2,10 +2,10 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, Image, KernelShape};
-use resample_tests::against_sheets::{ROUNDING, compared};
 use resample_tests::choices::summed;
-use resample_tests::scene_reference::render as reference;
-use resample_tests::scenes::{
+use resample_tests::twins::channels::render as reference;
+use resample_tests::volumes::against_sheets::{ROUNDING, compared};
+use resample_tests::volumes::scenes::{
     assert_sound, coloured, orthographic, perspective, random_volume, render, sheared_grid,
     transfer, volume, worst_difference,
 };
@@ -303,7 +303,7 @@ fn every_sample_mixes_voxels() {
         ..RenderOptions::paper()
     };
     let cut = volume(DIMS, DAffine3::IDENTITY, |p| {
-        let i = resample_tests::trilinear::linear(&field, p.as_usizevec3().to_array());
+        let i = resample_tests::twins::trilinear::linear(&field, p.as_usizevec3().to_array());
         field.value(i) * mask.value(i)
     });
     let [camera, _] = cameras(DAffine3::IDENTITY);

@@ -6,9 +6,9 @@ mod voxels;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, KernelShape, LookAt, SelectMode};
-use resample_tests::analytic_fields::AnalyticField;
 use resample_tests::choices::{classified_orders, summed, with_field, with_samples, with_sheets};
-use resample_tests::scenes::render;
+use resample_tests::volumes::analytic_fields::AnalyticField;
+use resample_tests::volumes::scenes::render;
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{
     Blend, Cells, Channel, Classify, Interpolate, Light, Look, RenderOptions, Renderer, Scene,

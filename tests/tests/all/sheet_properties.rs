@@ -6,12 +6,12 @@ use rayon::ThreadPoolBuilder;
 use resample_core::simd::SimdLevel;
 use resample_core::{Camera, Image, Projection};
 use resample_tests::choices::with_field;
-use resample_tests::reference::Scene;
-use resample_tests::scenes::{
+use resample_tests::twins::samples::Scene;
+use resample_tests::twins::sheets::render as reference;
+use resample_tests::volumes::scenes::{
     coloured, grey, orthographic, perspective, random_volume, render, sheared_grid, transfer,
     volume, worst_difference,
 };
-use resample_tests::sheet_reference::render as reference;
 use volsplat::procedural::blobs;
 use volsplat::{DepthPlane, RenderOptions, Renderer, Subpixels, TransferFunction, Volume};
 

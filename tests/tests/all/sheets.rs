@@ -8,11 +8,11 @@
 use glam::{DAffine3, DVec3};
 use resample_core::Camera;
 use resample_tests::choices::with_field;
-use resample_tests::reference::Scene;
-use resample_tests::scenes::{
+use resample_tests::twins::samples::Scene;
+use resample_tests::twins::sheets::{SheetPixel, render as reference};
+use resample_tests::volumes::scenes::{
     coloured, orthographic, perspective, random_volume, render, sheared_grid, transfer,
 };
-use resample_tests::sheet_reference::{SheetPixel, render as reference};
 use volsplat::procedural::blobs;
 use volsplat::{DepthPlane, RenderOptions, Subpixels, TransferFunction, Volume, Voxels};
 

@@ -4,11 +4,11 @@
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, Image};
 use resample_tests::choices::with_field;
-use resample_tests::reference::Scene;
-use resample_tests::scenes::{
+use resample_tests::twins::samples::Scene;
+use resample_tests::twins::sheets::render as reference;
+use resample_tests::volumes::scenes::{
     coloured, grey, orthographic, perspective, random_volume, render, single_voxel, volume,
 };
-use resample_tests::sheet_reference::render as reference;
 use volsplat::{DepthPlane, RenderOptions, Renderer, Subpixels, TransferFunction, Volume};
 
 fn options() -> RenderOptions {
@@ -162,7 +162,7 @@ fn opacities_of_nothing_almost_nothing_and_everything() {
     assert!(most > 1e-13 && most < 12e-12, "opacity 1e-12 gives {most}");
 
     hold("opacity 1", (&volume, &grey(1.0)), &camera, &options());
-    let all = resample_tests::scenes::transfer(&[(0.0, [0.5; 3])], &[(0.0, 1.0)]);
+    let all = resample_tests::volumes::scenes::transfer(&[(0.0, [0.5; 3])], &[(0.0, 1.0)]);
     hold("opaque everywhere", (&volume, &all), &camera, &options());
 }
 
@@ -281,8 +281,10 @@ fn a_single_voxel_along_an_axis_is_refused_with_the_way_out() {
 /// One voxel above the threshold, in a corner, on an edge, and where eight bricks meet.
 #[test]
 fn a_single_visible_voxel() {
-    let look =
-        resample_tests::scenes::transfer(&[(0.0, [1.0, 0.5, 0.2])], &[(0.5, 0.0), (1.0, 0.9)]);
+    let look = resample_tests::volumes::scenes::transfer(
+        &[(0.0, [1.0, 0.5, 0.2])],
+        &[(0.5, 0.0), (1.0, 0.9)],
+    );
     for at in [
         DVec3::ZERO,
         DVec3::new(16.0, 0.0, 7.0),
@@ -302,8 +304,10 @@ fn a_single_visible_voxel() {
 
 #[test]
 fn a_single_visible_cell() {
-    let look =
-        resample_tests::scenes::transfer(&[(0.0, [1.0, 0.5, 0.2])], &[(0.4, 0.0), (1.0, 0.9)]);
+    let look = resample_tests::volumes::scenes::transfer(
+        &[(0.0, [1.0, 0.5, 0.2])],
+        &[(0.4, 0.0), (1.0, 0.9)],
+    );
     // Eight voxels of 0.41 around one cell, whose neighbours therefore fall below the threshold almost at once.
     let cell = DVec3::new(7.0, 7.0, 7.0);
     let inside = |p: DVec3| {

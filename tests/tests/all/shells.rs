@@ -3,10 +3,10 @@
 use glam::DVec3;
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, Image};
-use resample_tests::reference::Scene;
-use resample_tests::scenes::{perspective, random_volume, sheared_grid, transfer, volume};
-use resample_tests::segment_reference;
-use resample_tests::shell_scenes::{SIDE, Shell};
+use resample_tests::twins::samples::Scene;
+use resample_tests::twins::segments;
+use resample_tests::volumes::scenes::{perspective, random_volume, sheared_grid, transfer, volume};
+use resample_tests::volumes::shells::{SIDE, Shell};
 use volsplat::{RenderOptions, Renderer, Shading, Subpixels, TransferFunction, Volume};
 
 /// Width of the peak, as a part of the volume's range, and its opacity over a voxel.
@@ -43,7 +43,7 @@ fn plain() -> RenderOptions {
 fn departure(volume: &Volume, look: &TransferFunction, camera: &Camera) -> f64 {
     let options = plain();
     let image = rendered(volume, look, camera, &options);
-    let twin = segment_reference::render(&Scene {
+    let twin = segments::render(&Scene {
         volume,
         transfer: look,
         camera,

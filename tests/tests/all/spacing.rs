@@ -5,9 +5,9 @@
 
 use glam::{DAffine3, DMat3, DVec3};
 use resample_core::{Camera, SelectMode};
-use resample_tests::march::optical_depths;
-use resample_tests::rays::RaySource;
-use resample_tests::scenes::{
+use resample_tests::twins::march::optical_depths;
+use resample_tests::twins::rays::RaySource;
+use resample_tests::volumes::scenes::{
     coloured, full, grey, perspective, random_volume, render, volume, worst_difference,
 };
 use volsplat::{RenderOptions, Volume};
@@ -178,7 +178,7 @@ fn the_rebuilt_field_is_near_the_cloud() {
         [12, 12],
     );
     let volume = sampled(DVec3::new(1.0, 1.0, 0.5));
-    let field = resample_tests::field::Field::new(
+    let field = resample_tests::twins::field::Field::new(
         &volume,
         &grey(1.0),
         resample_core::KernelShape::Gaussian,

@@ -3,11 +3,11 @@
 use glam::{DAffine3, DVec3};
 use resample_core::Camera;
 use resample_tests::choices::with_field;
-use resample_tests::reference::Scene;
-use resample_tests::scenes::{
+use resample_tests::twins::samples::Scene;
+use resample_tests::twins::statistic::render as reference;
+use resample_tests::volumes::scenes::{
     coloured, orthographic, perspective, random_volume, render, sheared_grid, transfer, volume,
 };
-use resample_tests::statistic_reference::render as reference;
 use volsplat::{Blend, Clip, RenderOptions, Renderer, Subpixels, TransferFunction, Volume};
 
 const DIMS: [usize; 3] = [20, 17, 25];

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use resample_core::{Camera, Image};
-use resample_tests::texture_scenes::looking_camera;
-use resample_tests::textured::{material, quad, texture, wall};
+use resample_tests::meshes::texture_scenes::looking_camera;
+use resample_tests::meshes::textured::{material, quad, texture, wall};
 use texmap::scene::{AlphaMode, Mesh, Sides};
 use texmap::{PlaneKind, RenderOptions, Renderer, Scene};
 

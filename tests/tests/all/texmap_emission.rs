@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 use resample_core::{Camera, Image};
-use resample_tests::texture_scenes::looking_camera;
-use resample_tests::textured::{material, photo, texture, texture_use};
+use resample_tests::meshes::texture_scenes::looking_camera;
+use resample_tests::meshes::textured::{material, photo, texture, texture_use};
 use texmap::scene::{AlphaMode, Lighting, Material, Mesh, Physical, Texture, TextureUse, Wrap};
 use texmap::{Method, RenderOptions, Renderer, Scene, Shade};
 

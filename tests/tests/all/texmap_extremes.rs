@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use resample_core::{Camera, Image};
-use resample_tests::texture_scenes::looking_camera;
-use resample_tests::textured::{checker, ground, quad_scene, texture, wall};
+use resample_tests::meshes::texture_scenes::looking_camera;
+use resample_tests::meshes::textured::{checker, ground, quad_scene, texture, wall};
 use texmap::scene::{Sides, Wrap};
 use texmap::{FrameStats, Method, RenderOptions, Renderer, Scene};
 

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use resample_core::{Camera, LookAt};
-use resample_tests::physical_reference::{Reflector, lamps, reflected};
-use resample_tests::textured::{material, quad, texture_use};
+use resample_tests::meshes::surroundings::{Reflector, lamps, reflected};
+use resample_tests::meshes::textured::{material, quad, texture_use};
 use texmap::scene::{Lighting, Material, Mesh, Physical, Surroundings, Texels, Texture, Wrap};
 use texmap::{RenderOptions, Renderer, Scene};
 

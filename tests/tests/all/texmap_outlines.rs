@@ -4,9 +4,9 @@
 use glam::{DVec2, DVec3};
 use resample_core::metrics::{Mask, compare};
 use resample_core::{Camera, Image, LookAt};
-use resample_tests::mesh_views::MESH_VIEWS;
-use resample_tests::texture_reference::reference_picture;
-use resample_tests::textured::{material, quad, quad_scene, texture};
+use resample_tests::meshes::mesh_views::MESH_VIEWS;
+use resample_tests::meshes::textured::{material, quad, quad_scene, texture};
+use resample_tests::meshes::textures::reference_picture;
 use texmap::scene::{Mesh, Wrap};
 use texmap::{Method, RenderOptions, Renderer, Scene};
 

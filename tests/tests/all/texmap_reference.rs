@@ -4,9 +4,9 @@ use glam::DVec3;
 use resample_core::metrics::{Mask, compare};
 use resample_core::simd::SimdLevel;
 use resample_core::{Camera, Image, LookAt};
-use resample_tests::texture_reference::reference_picture;
-use resample_tests::texture_scenes::looking_camera;
-use resample_tests::textured::{checker, ground, photo, wall, zone_plate};
+use resample_tests::meshes::texture_scenes::looking_camera;
+use resample_tests::meshes::textured::{checker, ground, photo, wall, zone_plate};
+use resample_tests::meshes::textures::reference_picture;
 use texmap::{Method, RenderOptions, Renderer, Scene};
 
 /// Rays along a pixel's side.

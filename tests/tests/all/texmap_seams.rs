@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use resample_core::{Camera, Image};
-use resample_tests::texture_reference::reference_picture;
-use resample_tests::texture_scenes::looking_camera;
-use resample_tests::textured::{material, quad, quad_scene, texture, texture_use, wall};
+use resample_tests::meshes::texture_scenes::looking_camera;
+use resample_tests::meshes::textured::{material, quad, quad_scene, texture, texture_use, wall};
+use resample_tests::meshes::textures::reference_picture;
 use texmap::scene::{Mesh, Wrap};
 use texmap::{RenderOptions, Renderer, Scene};
 

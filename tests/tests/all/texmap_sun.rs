@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec2, DVec3};
 use resample_core::{Camera, LookAt};
-use resample_tests::physical_reference::{Reflector, of_small_light};
-use resample_tests::textured::{material, quad, texture_use};
+use resample_tests::meshes::surroundings::{Reflector, of_small_light};
+use resample_tests::meshes::textured::{material, quad, texture_use};
 use texmap::scene::{Lighting, Material, Physical, Surroundings, Texels, Texture, Wrap};
 use texmap::{RenderOptions, Renderer, Scene};
 

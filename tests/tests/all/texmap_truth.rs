@@ -2,7 +2,7 @@
 
 use resample_core::Image;
 use resample_core::metrics::{Mask, compare};
-use resample_tests::texture_scenes::{TextureScene, TruthFilter};
+use resample_tests::meshes::texture_scenes::{TextureScene, TruthFilter};
 use texmap::{Method, RenderOptions, Renderer};
 
 /// The background of the truths, linear light.

@@ -4,9 +4,9 @@
 use glam::{DAffine3, DVec3};
 use resample_core::Camera;
 use resample_tests::choices::with_field;
-use resample_tests::reference::Scene;
-use resample_tests::scenes::{coloured, perspective, random_volume};
-use resample_tests::sheet_reference::render as reference;
+use resample_tests::twins::samples::Scene;
+use resample_tests::twins::sheets::render as reference;
+use resample_tests::volumes::scenes::{coloured, perspective, random_volume};
 use volsplat::{Blend, RenderOptions, Renderer, Subpixels};
 
 /// Voxels of the plate.

@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3};
 use rayon::ThreadPoolBuilder;
 use resample_core::simd::SimdLevel;
 use resample_core::{Camera, Image, SelectMode};
-use resample_tests::scenes::{
+use resample_tests::volumes::scenes::{
     coloured, full, orthographic, perspective, random_volume, worst_difference,
 };
 use volsplat::procedural::blobs;

@@ -9,9 +9,9 @@ use glam::{DAffine3, DVec3};
 use resample_core::{Camera, KernelShape, SelectMode};
 use resample_tests::choices::{samples, with_samples};
 use resample_tests::data::data_file;
-use resample_tests::field::Field;
-use resample_tests::march::optical_depths;
-use resample_tests::scenes::{
+use resample_tests::twins::field::Field;
+use resample_tests::twins::march::optical_depths;
+use resample_tests::volumes::scenes::{
     full, grey, orthographic, perspective, render, sheared_grid, transfer,
 };
 use volsplat::procedural::blobs;

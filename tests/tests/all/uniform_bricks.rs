@@ -2,11 +2,11 @@
 
 use glam::{DAffine3, DVec3};
 use resample_core::Camera;
-use resample_tests::reference::Scene;
-use resample_tests::scenes::{
+use resample_tests::twins::samples::Scene;
+use resample_tests::twins::sheets::render as reference;
+use resample_tests::volumes::scenes::{
     coloured, orthographic, perspective, transfer, volume, worst_difference,
 };
-use resample_tests::sheet_reference::render as reference;
 use volsplat::procedural::checker_box;
 use volsplat::{DepthPlane, RenderOptions, Renderer, Subpixels, TransferFunction, Volume};
 

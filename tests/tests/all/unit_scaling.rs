@@ -4,9 +4,9 @@
 use glam::{DAffine3, DMat3, DVec3};
 use resample_core::{Camera, Image, KernelShape, SelectMode};
 use resample_tests::choices::{with_field, with_samples, with_sheets};
-use resample_tests::scenes::{coloured, orthographic, perspective, random_volume};
-use resample_tests::textured::{photo, wall};
-use resample_tests::warp_scenes::AnalyticScene;
+use resample_tests::meshes::textured::{photo, wall};
+use resample_tests::volumes::scenes::{coloured, orthographic, perspective, random_volume};
+use resample_tests::warps::scenes::AnalyticScene;
 use volsplat::{
     Blend, Classify, DepthPlane, Interpolate, Isosurface, RenderOptions, Renderer, Shading,
 };
@@ -38,7 +38,7 @@ fn scaled(camera: &Camera, unit: f64) -> Camera {
 
 /// The largest difference of colour, and of depth as a share of it.
 fn apart(a: &Image, b: &Image) -> f64 {
-    let colours = resample_tests::scenes::worst_difference(a, b);
+    let colours = resample_tests::volumes::scenes::worst_difference(a, b);
     let depths = a.depth.iter().flatten().zip(b.depth.iter().flatten());
     let depths = depths.filter(|(a, b)| a != b);
     let share = |(a, b): (&f32, &f32)| f64::from((a - b).abs() / a.abs());
@@ -216,9 +216,9 @@ fn meshes_with_every_method() {
 
 #[test]
 fn depth_images_with_every_method() {
-    let start = resample_tests::warp_scenes::camera([36, 28], 30.0, DVec3::ZERO, 0.0);
+    let start = resample_tests::warps::scenes::camera([36, 28], 30.0, DVec3::ZERO, 0.0);
     let aside =
-        resample_tests::warp_scenes::camera([36, 28], 30.0, DVec3::new(0.3, 0.1, 0.2), 0.05);
+        resample_tests::warps::scenes::camera([36, 28], 30.0, DVec3::new(0.3, 0.1, 0.2), 0.05);
     let reference = AnalyticScene::room().reference(&start);
     for method in warp3d::Method::ALL {
         for fill in [Fill::None, Fill::Background, Fill::Natural] {

@@ -3,7 +3,9 @@
 use glam::{DAffine3, DVec2, DVec3};
 use resample_core::{Camera, Image};
 use resample_tests::choices::{with_field, with_samples};
-use resample_tests::scenes::{coloured, orthographic, perspective, sheared_grid, transfer, volume};
+use resample_tests::volumes::scenes::{
+    coloured, orthographic, perspective, sheared_grid, transfer, volume,
+};
 use volsplat::{
     Clip, ClipPlane, ColourBy, Layer, RenderOptions, Renderer, TransferFunction, Volume,
 };

@@ -2,7 +2,7 @@
 //! the paper's. Needs the real volumes; without them every test says that it was skipped.
 
 use resample_core::metrics::{Mask, compare};
-use resample_tests::peer_scenes::{Distance, Scene, Subject, Truth};
+use resample_tests::volumes::peer_scenes::{Distance, Scene, Subject, Truth};
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{RenderOptions, Renderer, TransferFunction};
 

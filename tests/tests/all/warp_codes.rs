@@ -1,11 +1,11 @@
 //! Depth in coarse codes: a step of one code is no edge, and the picture is that of fine depth.
 
 use glam::{DMat3, DVec3};
-use resample_tests::warp_filtered::filtered_scene;
-use resample_tests::warp_measure::{WarpFigures, measure};
-use resample_tests::warp_scenes::{AnalyticScene, Body, camera};
-use resample_tests::warp_soft::{Numbers, Softening, softened};
-use resample_tests::warp_truth::WarpScene;
+use resample_tests::warps::filtered::filtered_scene;
+use resample_tests::warps::measure::{WarpFigures, measure};
+use resample_tests::warps::scenes::{AnalyticScene, Body, camera};
+use resample_tests::warps::soft::{Numbers, Softening, softened};
+use resample_tests::warps::truth::WarpScene;
 use warp3d::input::{self, DepthKind, DepthMeaning, Picture, Plane, Stored};
 use warp3d::{Reference, WarpOptions, Warper};
 

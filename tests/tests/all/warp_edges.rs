@@ -3,11 +3,11 @@
 
 use glam::DVec3;
 use resample_core::Image;
-use resample_tests::warp_edges::{changed_at_home, out_of_range, turned, with_unknown};
-use resample_tests::warp_filtered::{filtered_scene, fresh_scenes};
-use resample_tests::warp_measure::measure;
-use resample_tests::warp_scenes::{AnalyticScene, camera};
-use resample_tests::warp_truth::WarpScene;
+use resample_tests::warps::edges::{changed_at_home, out_of_range, turned, with_unknown};
+use resample_tests::warps::filtered::{filtered_scene, fresh_scenes};
+use resample_tests::warps::measure::measure;
+use resample_tests::warps::scenes::{AnalyticScene, camera};
+use resample_tests::warps::truth::WarpScene;
 use warp3d::{Fill, Method, MixedPixels, Reference, SurfaceOptions, WarpOptions, Warper};
 
 fn warped(scene: &WarpScene, options: &WarpOptions) -> Image {

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec2, DVec3};
 use proptest::prelude::*;
 use resample_core::Camera;
-use resample_tests::warp_scenes::camera;
+use resample_tests::warps::scenes::camera;
 use warp3d::warp::Warp;
 
 /// A camera near `origin`, turned by the Euler angles.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use resample_core::{Camera, Image};
-use resample_tests::warp_scenes::{AnalyticScene, camera};
+use resample_tests::warps::scenes::{AnalyticScene, camera};
 use warp3d::{Error, Fill, Method, Reference, SurfaceOptions, WarpOptions, Warper};
 
 const SIZE: [u32; 2] = [64, 48];

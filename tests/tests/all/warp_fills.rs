@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use resample_core::{Camera, Image};
-use resample_tests::warp_measure::measure;
-use resample_tests::warp_scenes::{AnalyticScene, Body, camera};
+use resample_tests::warps::measure::measure;
+use resample_tests::warps::scenes::{AnalyticScene, Body, camera};
 use warp3d::{Blend, Fill, Reference, WarpOptions, Warper};
 
 const SIZE: [u32; 2] = [160, 120];

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use resample_core::Camera;
-use resample_tests::warp_scenes::camera;
+use resample_tests::warps::scenes::camera;
 use warp3d::{Reference, WarpOptions, Warper};
 
 const SIZE: [u32; 2] = [48, 36];

@@ -6,8 +6,8 @@
 use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3};
 use resample_core::{Camera, Image, Intrinsics, PixelCentre};
 use resample_tests::data::data_file;
-use resample_tests::warp_measure::measure;
-use resample_tests::warp_pairs::pair;
+use resample_tests::warps::measure::measure;
+use resample_tests::warps::pairs::pair;
 use warp3d::input::{self, DepthKind, DepthMeaning, Part, colour, depth};
 use warp3d::{Reference, WarpOptions, Warper};
 

@@ -1,10 +1,10 @@
 //! Depth with gaps and with noise: pictures keep their surfaces, and frames cost about what they cost on whole depth.
 
 use glam::DVec3;
-use resample_tests::warp_filtered::filtered_scene;
-use resample_tests::warp_measure::{WarpFigures, measure};
-use resample_tests::warp_scenes::{AnalyticScene, camera};
-use resample_tests::warp_truth::WarpScene;
+use resample_tests::warps::filtered::filtered_scene;
+use resample_tests::warps::measure::{WarpFigures, measure};
+use resample_tests::warps::scenes::{AnalyticScene, camera};
+use resample_tests::warps::truth::WarpScene;
 use warp3d::{WarpOptions, Warper};
 
 fn room() -> WarpScene {

@@ -2,11 +2,11 @@
 
 use glam::DVec3;
 use resample_core::Image;
-use resample_tests::warp_filtered::{filtered_scene, forward_backward};
-use resample_tests::warp_measure::measure;
-use resample_tests::warp_scenes::{AnalyticScene, camera};
-use resample_tests::warp_soft::{Numbers, Softening, softened};
-use resample_tests::warp_truth::WarpScene;
+use resample_tests::warps::filtered::{filtered_scene, forward_backward};
+use resample_tests::warps::measure::measure;
+use resample_tests::warps::scenes::{AnalyticScene, camera};
+use resample_tests::warps::soft::{Numbers, Softening, softened};
+use resample_tests::warps::truth::WarpScene;
 use warp3d::{Method, Reference, WarpOptions, Warper};
 
 /// A step to the right so wide that the card uncovers many pixels of the wall.

@@ -1,8 +1,8 @@
 //! Soft depth of leaves and twigs: rims without stray pixels, fills without the colour of what is before them.
 
-use resample_tests::warp_soft::Softening::{Blurred, Guided, Linear};
-use resample_tests::warp_thicket::{BandFigures, Made, in_band, views, with_depth};
-use resample_tests::warp_truth::WarpScene;
+use resample_tests::warps::soft::Softening::{Blurred, Guided, Linear};
+use resample_tests::warps::thicket::{BandFigures, Made, in_band, views, with_depth};
+use resample_tests::warps::truth::WarpScene;
 use warp3d::{Fill, WarpOptions, Warper};
 
 /// The sums over some views.

@@ -7,7 +7,7 @@
 use glam::{DMat3, DVec2, DVec3};
 use resample_core::simd::SimdLevel;
 use resample_core::{Camera, Image};
-use resample_tests::warp_scenes::{AnalyticScene, camera};
+use resample_tests::warps::scenes::{AnalyticScene, camera};
 use warp3d::{Reference, WarpOptions, Warper};
 
 const SIZE: [usize; 2] = [48, 36];

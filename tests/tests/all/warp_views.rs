@@ -2,9 +2,9 @@
 
 use glam::{DVec2, DVec3};
 use resample_core::{Camera, Image};
-use resample_tests::warp_measure::{WarpFigures, measure};
-use resample_tests::warp_scenes::{AnalyticScene, camera};
-use resample_tests::warp_truth::WarpScene;
+use resample_tests::warps::measure::{WarpFigures, measure};
+use resample_tests::warps::scenes::{AnalyticScene, camera};
+use resample_tests::warps::truth::WarpScene;
 use warp3d::{Method, Reference, Visibility, WarpOptions, Warper};
 
 const SIZE: [u32; 2] = [320, 240];

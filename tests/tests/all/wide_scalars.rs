@@ -4,7 +4,7 @@
 use glam::{DAffine3, DVec3};
 use resample_core::{Image, KernelShape};
 use resample_tests::choices::{summed, with_field};
-use resample_tests::scenes::{perspective, random_volume, transfer, worst_difference};
+use resample_tests::volumes::scenes::{perspective, random_volume, transfer, worst_difference};
 use volsplat::{
     Blend, Isosurface, RenderOptions, Renderer, Shading, TransferFunction, Volume, Voxels,
 };

@@ -2,8 +2,8 @@
 
 use resample_core::{Camera, FootprintMode, OpacityMode, SelectMode};
 use resample_tests::choices::with_samples;
-use resample_tests::reference::{Scene, render as reference};
-use resample_tests::scenes::{coloured, full, render};
+use resample_tests::twins::samples::{Scene, render as reference};
+use resample_tests::volumes::scenes::{coloured, full, render};
 use volsplat::{DepthPlane, RenderOptions, Volume};
 
 /// Error of the every-sample renderer, beyond what swaps of near-ties may cost.

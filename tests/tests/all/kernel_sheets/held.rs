@@ -3,9 +3,9 @@
 use glam::DVec3;
 use resample_core::{Camera, KernelShape, SelectMode};
 use resample_tests::choices::{samples, sheets, with_samples, with_sheets};
-use resample_tests::kernel_sheet_reference::render as reference;
-use resample_tests::reference::Scene;
-use resample_tests::scenes::{orthographic, perspective, render};
+use resample_tests::twins::kernel_sheets::render as reference;
+use resample_tests::twins::samples::Scene;
+use resample_tests::volumes::scenes::{orthographic, perspective, render};
 use volsplat::{Classify, Interpolate, RenderOptions, Subpixels, TransferFunction, Volume};
 
 pub(super) const KERNELS: [KernelShape; 3] = [

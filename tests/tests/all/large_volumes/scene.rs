@@ -3,7 +3,7 @@
 use glam::DVec3;
 use resample_core::Camera;
 use resample_core::Image;
-use resample_tests::scenes::{orthographic, perspective, transfer};
+use resample_tests::volumes::scenes::{orthographic, perspective, transfer};
 use std::path::PathBuf;
 use tempfile::TempDir;
 use volsplat::{LargeVolume, LoadOptions, RawOptions, TransferFunction, VoxelType};

@@ -41,7 +41,7 @@ fn opacity_over_a_length_far_below_a_voxel_is_a_wall() {
 #[test]
 fn places_far_outside_a_picture_have_a_colour() {
     let camera =
-        |aside: f64| resample_tests::warp_scenes::camera([8, 6], 8.0, DVec3::X * aside, 0.0);
+        |aside: f64| resample_tests::warps::scenes::camera([8, 6], 8.0, DVec3::X * aside, 0.0);
     for first in 0..45 {
         let mut depth = vec![1.0; 48];
         depth[first..first + 3].copy_from_slice(&[1.4e-18, 2.75e-28, 6.6e-31]);
@@ -64,7 +64,7 @@ fn places_far_outside_a_picture_have_a_colour() {
 #[test]
 fn a_disc_that_is_stretched_beyond_all_numbers_weighs_nothing() {
     let camera =
-        |aside: f64| resample_tests::warp_scenes::camera([8, 6], 8.0, DVec3::X * aside, 0.0);
+        |aside: f64| resample_tests::warps::scenes::camera([8, 6], 8.0, DVec3::X * aside, 0.0);
     let mut depth = vec![1.0; 48];
     depth[36..40].copy_from_slice(&[1.4e-28, 0.135, 1.127e19, 2.94e27]);
     let reference = Reference {

@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3};
 use resample_core::SelectMode;
 use resample_tests::choices::{classified_orders, with_samples};
-use resample_tests::scenes::render;
+use resample_tests::volumes::scenes::render;
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{Cells, Clip, Light, RenderOptions, Shading, TransferFunction, Volume, Voxels};
 

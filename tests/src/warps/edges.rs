@@ -5,9 +5,9 @@ use glam::DVec3;
 use resample_core::Image;
 use warp3d::Reference;
 
-use crate::warp_filtered::filtered_scene;
-use crate::warp_scenes::{AnalyticScene, camera};
-use crate::warp_truth::{Truth, WarpScene};
+use crate::warps::filtered::filtered_scene;
+use crate::warps::scenes::{AnalyticScene, camera};
+use crate::warps::truth::{Truth, WarpScene};
 
 /// The room from an eye that is turned by 50 degrees around its middle: every round body shows another limb.
 pub fn turned() -> WarpScene {

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use resample_core::{Camera, Image, Intrinsics, PixelCentre};
 use warp3d::Reference;
 
-use crate::warp_truth::Truth;
+use crate::warps::truth::Truth;
 
 /// A body.
 #[derive(Clone, Copy, Debug)]

@@ -8,8 +8,8 @@ use glam::DVec2;
 use rayon::prelude::*;
 use resample_core::Camera;
 
-use crate::field::Field;
-use crate::rays::{Ray, RaySource};
+use crate::twins::field::Field;
+use crate::twins::rays::{Ray, RaySource};
 
 /// Optical depth along the ray of every pixel, row by row; `step` in voxels, `unit` the length that opacity is per.
 pub fn optical_depths(field: &Field, camera: &Camera, unit: f64, step: f64) -> Vec<f64> {
@@ -48,7 +48,7 @@ fn optical_depth(field: &Field, ray: &Ray, near: f64, step: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenes::{grey, perspective, random_volume};
+    use crate::volumes::scenes::{grey, perspective, random_volume};
     use glam::{DAffine3, DVec3};
     use resample_core::KernelShape;
 

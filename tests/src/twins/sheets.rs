@@ -15,10 +15,10 @@ use resample_core::OpacityMode;
 use volsplat::Subpixels;
 
 use crate::choices::field;
-use crate::clip_reference;
-use crate::field::extinction;
-use crate::rays::{Ray, RaySource};
-use crate::reference::Scene;
+use crate::twins::clip;
+use crate::twins::field::extinction;
+use crate::twins::rays::{Ray, RaySource};
+use crate::twins::samples::Scene;
 
 /// Scalars in the renderer's table, which span the visible part of the volume's range.
 const TABLE_ENTRIES: f64 = 4096.0;
@@ -200,7 +200,7 @@ impl<'a> Setup<'a> {
     fn slab(&self, at: DVec3, by: f64, wider: f64, ray: &Ray) -> Slab {
         let last = DVec3::from(self.scene.volume.dims.map(|n| (n - 1) as f64));
         let outside = at.cmplt(DVec3::splat(-wider)).any() || at.cmpgt(last + wider).any();
-        if outside || !clip_reference::keeps(&self.scene, at, wider) {
+        if outside || !clip::keeps(&self.scene, at, wider) {
             return Slab {
                 rgb: [0.0; 3],
                 opacity: 0.0,
@@ -241,7 +241,7 @@ impl<'a> Setup<'a> {
 mod tests {
     use super::*;
     use crate::choices::with_field;
-    use crate::scenes::{grey, perspective, volume};
+    use crate::volumes::scenes::{grey, perspective, volume};
     use glam::DAffine3;
     use volsplat::RenderOptions;
 

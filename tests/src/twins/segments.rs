@@ -11,10 +11,10 @@ use rayon::prelude::*;
 use volsplat::TransferFunction;
 
 use crate::choices::field;
-use crate::field::{extinction, simpson};
-use crate::rays::{Ray, RaySource};
-use crate::reference::Scene;
-use crate::trilinear::{last, scalar};
+use crate::twins::field::{extinction, simpson};
+use crate::twins::rays::{Ray, RaySource};
+use crate::twins::samples::Scene;
+use crate::twins::trilinear::{last, scalar};
 
 /// Differences of scalars, as parts of their size, below which the transfer function does not change.
 const SAME: f64 = 1e-9;

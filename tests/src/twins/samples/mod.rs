@@ -15,10 +15,10 @@ use rayon::prelude::*;
 use resample_core::{Camera, Projection, SelectMode};
 use volsplat::{RenderOptions, SampleOrder, TransferFunction, Volume};
 
-use crate::cell_reference::{Part, parts};
 use crate::choices::samples;
-use crate::field::ReferenceKernel;
-use crate::rays::{Ray, RaySource};
+use crate::twins::cells::{Part, parts};
+use crate::twins::field::ReferenceKernel;
+use crate::twins::rays::{Ray, RaySource};
 
 mod footprint;
 mod pixel;

@@ -5,7 +5,7 @@
 
 use volsplat::Volume;
 
-use crate::field::ReferenceKernel;
+use crate::twins::field::ReferenceKernel;
 
 /// The coefficients of a volume, x fastest.
 pub fn coefficients(volume: &Volume, kernel: &ReferenceKernel) -> Vec<f64> {

@@ -13,10 +13,10 @@ use rayon::prelude::*;
 use resample_core::{Camera, Image};
 use volsplat::{RenderOptions, Shading, TransferFunction, Volume};
 
-use crate::field::extinction;
-use crate::light_reference::lit;
-use crate::rays::{Ray, RaySource};
-use crate::scenes::{perspective, transfer, volume};
+use crate::twins::field::extinction;
+use crate::twins::light::lit;
+use crate::twins::rays::{Ray, RaySource};
+use crate::volumes::scenes::{perspective, transfer, volume};
 
 /// A field with a formula.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,9 +2,9 @@
 //!
 //! Takes a scene, gives the largest difference beyond what the reference admits for the pixel (table and faces).
 
-use crate::reference::Scene;
-use crate::scenes::render;
-use crate::sheet_reference::{SheetPixel, render as reference};
+use crate::twins::samples::Scene;
+use crate::twins::sheets::{SheetPixel, render as reference};
+use crate::volumes::scenes::render;
 
 /// Rounding of f32 sums over up to a few hundred slabs, beside what a reference admits.
 pub const ROUNDING: f64 = 1e-5;

@@ -10,8 +10,8 @@ use resample_core::OpacityMode;
 use volsplat::{Cells, RenderOptions, TransferFunction, Volume};
 
 use crate::choices::samples;
-use crate::field::extinction;
-use crate::trilinear::scalar;
+use crate::twins::field::extinction;
+use crate::twins::trilinear::scalar;
 
 /// A cell or a part of one.
 #[derive(Clone, Copy, Debug)]

@@ -9,7 +9,7 @@ use texmap::scene::{AlphaMode, Lighting, Sides};
 use texmap::{LoadOptions, RenderOptions, Renderer, Scene};
 
 use crate::data::data_file;
-use crate::texture_scenes::looking_camera;
+use crate::meshes::texture_scenes::looking_camera;
 
 /// A mesh and where it is seen from.
 #[derive(Clone, Copy, Debug)]

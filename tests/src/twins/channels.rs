@@ -11,11 +11,11 @@ use resample_core::Camera;
 use volsplat::{Channel, Look, RenderOptions, Scene, Subpixels};
 
 use crate::choices::field;
-use crate::clip_reference::keeps_with;
-use crate::field::extinction;
-use crate::rays::{Ray, RaySource};
-use crate::sheet_reference::SheetPixel;
-use crate::trilinear::{gradient, last, nearest, scalar, weighted};
+use crate::twins::clip::keeps_with;
+use crate::twins::field::extinction;
+use crate::twins::rays::{Ray, RaySource};
+use crate::twins::sheets::SheetPixel;
+use crate::twins::trilinear::{gradient, last, nearest, scalar, weighted};
 
 /// Scalars in the renderer's table.
 const TABLE_ENTRIES: f64 = 4096.0;

@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use resample_core::{Camera, Image};
 use warp3d::Reference;
 
-use crate::warp_scenes::{AnalyticScene, Body, camera};
-use crate::warp_truth::{Truth, WarpScene};
+use crate::warps::scenes::{AnalyticScene, Body, camera};
+use crate::warps::truth::{Truth, WarpScene};
 
 /// Rays along a pixel's side.
 const RAYS: usize = 4;

@@ -12,13 +12,13 @@ use rayon::prelude::*;
 use resample_core::{Projection, SelectMode};
 use volsplat::{Cells, Classify, Interpolate};
 
-use crate::cell_reference::{Part, parts};
 use crate::choices::{samples, sheets};
-use crate::field::{ReferenceKernel, extinction};
-use crate::interpolation_reference::coefficients;
-use crate::light_reference::{gradient_of, lit, needs_gradients, ramp};
-use crate::rays::{Ray, RaySource};
-use crate::reference::{Scene, point_weight};
+use crate::twins::cells::{Part, parts};
+use crate::twins::coefficients::coefficients;
+use crate::twins::field::{ReferenceKernel, extinction};
+use crate::twins::light::{gradient_of, lit, needs_gradients, ramp};
+use crate::twins::rays::{Ray, RaySource};
+use crate::twins::samples::{Scene, point_weight};
 
 /// Voxels that continue the volume on each side where scalars are summed: no kernel reaches farther.
 const MARGIN: i64 = 2;

@@ -15,7 +15,7 @@ use warp3d::input::cameras::{self, Hints, Lens};
 use warp3d::input::{self, DepthKind, DepthMeaning, Part, colour, depth};
 
 use crate::data::data_file;
-use crate::warp_truth::{Truth, WarpScene};
+use crate::warps::truth::{Truth, WarpScene};
 
 /// The names of the pairs.
 pub const PAIRS: [&str; 7] = [

@@ -27,7 +27,7 @@ struct Sheet {
 }
 
 impl Setup<'_> {
-    pub(super) fn pixel(&self, samples: &[Sample], [x, y]: [usize; 2]) -> ReferencePixel {
+    pub(crate) fn pixel(&self, samples: &[Sample], [x, y]: [usize; 2]) -> ReferencePixel {
         let ray = self.rays.pixel(x, y);
         let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
         let touches = |s: &Sample| {

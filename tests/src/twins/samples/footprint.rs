@@ -7,11 +7,11 @@
 use glam::{DVec2, DVec3};
 use resample_core::{Camera, Projection};
 
-use crate::field::ReferenceKernel;
-use crate::rays::RaySource;
+use crate::twins::field::ReferenceKernel;
+use crate::twins::rays::RaySource;
 
 /// Least and greatest screen position (px) of a ball that is wholly in front of the eye plane.
-pub(super) fn outline_box(
+pub(crate) fn outline_box(
     rays: &RaySource,
     camera: &Camera,
     centre: DVec3,
@@ -59,18 +59,18 @@ fn tangent_planes(a: DVec3, b: DVec3, c: DVec3, radius: f64) -> [f64; 2] {
 
 /// The footprint of one sample convolved with the pixel's Gaussian.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ewa {
+pub(crate) struct Ewa {
     inverse: [f64; 3],
     cutoff2: f64,
     radius: f64,
     scale: f64,
     /// Half the box beyond which it is 0, px.
-    pub(super) half_extent: DVec2,
+    pub(crate) half_extent: DVec2,
 }
 
 impl Ewa {
     /// From the kernel's covariance per unit variance on the screen, the pixel's variance, and the mass to spread.
-    pub(super) fn new(
+    pub(crate) fn new(
         kernel: &ReferenceKernel,
         gram: [f64; 3],
         pixel_variance: f64,
@@ -98,7 +98,7 @@ impl Ewa {
     }
 
     /// The contribution of the sample at an offset from its centre, px.
-    pub(super) fn value(&self, kernel: &ReferenceKernel, d: DVec2) -> f64 {
+    pub(crate) fn value(&self, kernel: &ReferenceKernel, d: DVec2) -> f64 {
         let [xx, xy, yy] = self.inverse;
         let q = (xx * d.x * d.x + 2.0 * xy * d.x * d.y + yy * d.y * d.y) / self.cutoff2;
         self.scale * kernel.line_integral(self.radius * q.sqrt(), f64::NEG_INFINITY)

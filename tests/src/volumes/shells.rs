@@ -10,9 +10,9 @@ use rayon::prelude::*;
 use resample_core::{Camera, Image};
 use volsplat::{TransferFunction, Volume};
 
-use crate::field::extinction;
-use crate::rays::{Ray, RaySource};
-use crate::scenes::{perspective, transfer, volume};
+use crate::twins::field::extinction;
+use crate::twins::rays::{Ray, RaySource};
+use crate::volumes::scenes::{perspective, transfer, volume};
 
 /// A shell around a point or a circle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,7 +9,7 @@ use resample_core::{Camera, Image};
 use volsplat::procedural::{CHECKER_VALUES, checker_box};
 use volsplat::{RenderOptions, Renderer, TransferFunction, Volume};
 
-use crate::scenes::{perspective, transfer};
+use crate::volumes::scenes::{perspective, transfer};
 
 /// Frames after the first.
 pub const STEPS: u32 = 64;

@@ -9,8 +9,8 @@ use volsplat::procedural::{blobs, checker_box, marschner_lobb};
 use volsplat::{LoadOptions, RawOptions, TransferFunction, Volume, VoxelType};
 
 use crate::data::data_file;
-use crate::peer_scenes;
-use crate::scenes::transfer;
+use crate::volumes::peer_scenes;
+use crate::volumes::scenes::transfer;
 
 /// A volume with its transfer function.
 pub struct Subject {

@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use volsplat::{Blend, Subpixels};
 
 use crate::choices::field;
-use crate::clip_reference::keeps;
-use crate::rays::{Ray, RaySource};
-use crate::reference::Scene;
-use crate::trilinear::{gradient, last, scalar};
+use crate::twins::clip::keeps;
+use crate::twins::rays::{Ray, RaySource};
+use crate::twins::samples::Scene;
+use crate::twins::trilinear::{gradient, last, scalar};
 
 /// Ambient and diffuse share of the light, as the shading's documentation gives them.
 const AMBIENT: f64 = 0.3;

@@ -10,11 +10,11 @@ use rayon::prelude::*;
 use volsplat::{Blend, Subpixels};
 
 use crate::choices::field;
-use crate::clip_reference::keeps;
-use crate::field::extinction;
-use crate::rays::{Ray, RaySource};
-use crate::reference::Scene;
-use crate::trilinear::{last, scalar};
+use crate::twins::clip::keeps;
+use crate::twins::field::extinction;
+use crate::twins::rays::{Ray, RaySource};
+use crate::twins::samples::Scene;
+use crate::twins::trilinear::{last, scalar};
 
 /// Error of a position, voxels.
 const POSITION_ERROR: f64 = 2e-5;

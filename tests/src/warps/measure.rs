@@ -9,7 +9,7 @@ use resample_core::Image;
 use resample_core::image::srgb_from_linear;
 use resample_core::metrics::{Mask, compare};
 
-use crate::warp_truth::Truth;
+use crate::warps::truth::Truth;
 
 /// Coverage from which on a pixel is shown: less is a hole. An edge misplaced by a quarter of a pixel opens no hole.
 const SHOWN: f32 = 0.25;

@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use resample_core::{Camera, Image, KernelShape};
 use volsplat::{TransferFunction, Volume};
 
-use crate::field::{ReferenceKernel, extinction};
-use crate::rays::{Ray, RaySource};
+use crate::twins::field::{ReferenceKernel, extinction};
+use crate::twins::rays::{Ray, RaySource};
 
 /// Transmittance at which a ray ends.
 const END: f64 = 1e-6;
@@ -304,7 +304,7 @@ fn crossing(ray: &Ray, low: DVec3, high: DVec3) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenes::{grey, perspective, transfer, volume};
+    use crate::volumes::scenes::{grey, perspective, transfer, volume};
     use glam::DAffine3;
 
     #[test]

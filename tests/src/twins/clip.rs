@@ -5,7 +5,7 @@
 use glam::{DAffine3, DVec3};
 use volsplat::Clip;
 
-use crate::reference::Scene;
+use crate::twins::samples::Scene;
 
 /// Returns true if the clip of the scene keeps a position, in the grid, with every half-space `wider` (voxels).
 pub fn keeps(scene: &Scene, pos_in_grid: DVec3, wider: f64) -> bool {

@@ -15,10 +15,10 @@ use resample_core::{Camera, Image};
 use warp3d::Reference;
 use warp3d::input::{self, DepthKind, DepthMeaning, Picture, Plane, Stored};
 
-use crate::warp_filtered::filtered_scene;
-use crate::warp_scenes::{AnalyticScene, Body, camera};
-use crate::warp_soft::{Numbers, Softening, softened};
-use crate::warp_truth::{Truth, WarpScene};
+use crate::warps::filtered::filtered_scene;
+use crate::warps::scenes::{AnalyticScene, Body, camera};
+use crate::warps::soft::{Numbers, Softening, softened};
+use crate::warps::truth::{Truth, WarpScene};
 
 /// Pixels of a view.
 const SIZE: [u32; 2] = [320, 240];

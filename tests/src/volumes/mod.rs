@@ -1,0 +1,10 @@
+//! Volumes with cameras and looks: by formula, from the real data, and their antialiased truth.
+
+pub mod scenes;
+pub mod analytic_fields;
+pub mod area_truth;
+pub mod shells;
+pub mod lod_scenes;
+pub mod peer_scenes;
+pub mod popping;
+pub mod against_sheets;

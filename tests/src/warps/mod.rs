@@ -1,0 +1,10 @@
+//! Depth images: ray-traced scenes, softened depth, real pairs, and errors by region.
+
+pub mod truth;
+pub mod scenes;
+pub mod filtered;
+pub mod soft;
+pub mod thicket;
+pub mod pairs;
+pub mod measure;
+pub mod edges;
