@@ -18,14 +18,14 @@ use crate::input::gltf::document::Transform;
 use crate::input::notes::Notes;
 
 /// Transforms of all nodes, and weights of morph targets by node, at a moment.
-pub(in crate::input::gltf) struct Posed {
+pub(crate) struct Posed {
     pub transforms: Vec<Transform>,
     pub weights: HashMap<usize, Vec<f32>>,
 }
 
 impl Posed {
     /// The pose of the file.
-    pub(in crate::input::gltf) fn new(transforms: &[Transform]) -> Self {
+    pub(crate) fn new(transforms: &[Transform]) -> Self {
         Self {
             transforms: transforms.to_vec(),
             weights: HashMap::new(),
@@ -89,7 +89,7 @@ struct Moment {
 }
 
 /// Poses `posed` by one of the animations.
-pub(in crate::input::gltf) fn pose(
+pub(crate) fn pose(
     animations: &[Value],
     pose: &Pose,
     numbers: &Numbers,
@@ -106,7 +106,7 @@ pub(in crate::input::gltf) fn pose(
 }
 
 /// Time of the last key, s; samplers that cannot be read count as nothing.
-pub(in crate::input::gltf) fn length_s(animation: &Value, numbers: &Numbers) -> f64 {
+pub(crate) fn length_s(animation: &Value, numbers: &Numbers) -> f64 {
     let samplers = list(animation, "samplers").iter();
     let last = samplers
         .filter_map(|sampler| Sampler::read(sampler, numbers).ok()?.times.last().copied())

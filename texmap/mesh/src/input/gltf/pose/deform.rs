@@ -12,7 +12,7 @@ use crate::input::gltf::accessor::{Integers, Numbers, Use};
 use crate::input::gltf::attribute::{NORMAL, POSITION, TANGENT, attribute, same_count};
 
 /// How a mesh gets into the world.
-pub(in crate::input::gltf) enum Place {
+pub(crate) enum Place {
     /// By its node.
     Node(DMat4),
     /// By joints: from the mesh's space to the world, one per joint of the skin.
@@ -20,7 +20,7 @@ pub(in crate::input::gltf) enum Place {
 }
 
 /// Positions, normals and how their triangles wind, in the world.
-pub(in crate::input::gltf) struct Placed {
+pub(crate) struct Placed {
     pub positions: Vec<DVec3>,
     /// One per position, of any length; empty where the file has none.
     pub normals: Vec<DVec3>,
@@ -45,7 +45,7 @@ const WEIGHTS: Use = Use {
 };
 
 /// Inverse bind matrices.
-pub(in crate::input::gltf) const BIND: Use = Use {
+pub(crate) const BIND: Use = Use {
     name: "inverseBindMatrices",
     shapes: &[Type::Mat4],
     components: &[ComponentType::F32],
@@ -53,7 +53,7 @@ pub(in crate::input::gltf) const BIND: Use = Use {
 };
 
 /// Places the vertices of a primitive; `weights` are those of its morph targets.
-pub(in crate::input::gltf) fn placed(
+pub(crate) fn placed(
     primitive: &Primitive,
     numbers: &Numbers,
     place: &Place,

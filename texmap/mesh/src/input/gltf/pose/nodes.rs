@@ -12,7 +12,7 @@ use crate::input::choice::SceneChoice;
 use crate::input::files::excerpt;
 
 /// From the space of each node to the world, by those to their parents.
-pub(in crate::input::gltf) fn world_from_nodes(
+pub(crate) fn world_from_nodes(
     root: &Root,
     parent_from_nodes: &[DMat4],
 ) -> Result<Vec<DMat4>, String> {
@@ -44,7 +44,7 @@ pub(in crate::input::gltf) fn world_from_nodes(
 }
 
 /// The nodes that a scene shows, in the order of the file: its own and all below them.
-pub(in crate::input::gltf) fn shown(
+pub(crate) fn shown(
     root: &Root,
     choice: Option<&SceneChoice>,
 ) -> Result<Vec<usize>, String> {
