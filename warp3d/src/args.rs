@@ -13,11 +13,6 @@ use crate::options::{
 
 /// The options of a warp, as words of a command line give them.
 #[derive(Args, Clone, Debug, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "kebab-case")
-)]
 #[command(next_help_heading = "Rendering")]
 pub struct WarpArgs {
     /// How samples become pixels
@@ -48,11 +43,6 @@ pub struct WarpArgs {
 
 /// The methods by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "kebab-case")
-)]
 pub enum MethodName {
     /// One pixel per sample: fast, with cracks where samples are magnified
     Nearest,

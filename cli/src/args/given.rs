@@ -1,86 +1,44 @@
-//! A group of options, and which of them are given: typed by a person, or set by a change.
+//! A group of options, and which of them are given: typed by a person, or set by a choice.
 //!
-//! An option's name, value and word come from the group's own derives: clap knows the long names, serde the values. Groups
-//! can therefore be overlaid, compared and written as words, and no option needs code of its own here.
+//! clap parses the group and knows the long names; the word of an option is kept as it was typed.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
-use anyhow::{Context, Result, bail};
 use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
-use serde::Serialize;
-use serde::de::DeserializeOwned;
-use serde_json::Value;
 
-/// Options, with a record of which were set explicitly.
-#[derive(Clone, Debug)]
+/// Options, with the names and words of those that were set explicitly.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Given<T> {
     /// All of them; those that are not given have their default.
     pub options: T,
-    names: BTreeSet<String>,
+    words: BTreeMap<String, String>,
 }
 
-impl<T: Args> Given<T> {
-    /// A change of the default: `names` are the long names of the options that it sets.
-    pub fn of(names: &[&str], set: impl FnOnce(&mut T)) -> Self {
-        let mut options = super::defaults::defaults();
-        set(&mut options);
-        Self {
-            options,
-            names: names.iter().map(|&name| name.to_owned()).collect(),
-        }
-    }
-
+impl<T> Given<T> {
     /// Returns true if an option is given.
     pub fn has(&self, name: &str) -> bool {
-        self.names.contains(name)
+        self.words.contains_key(name)
+    }
+
+    /// The word of each option that is given, by its long name.
+    pub fn words(&self) -> &BTreeMap<String, String> {
+        &self.words
+    }
+
+    /// Sets an option, which is typed as `word`.
+    pub fn set(&mut self, name: &str, word: String, set: impl FnOnce(&mut T)) {
+        set(&mut self.options);
+        self.words.insert(name.to_owned(), word);
     }
 }
 
 impl<T: Args> Default for Given<T> {
     fn default() -> Self {
-        Self::of(&[], |_| ())
-    }
-}
-
-impl<T: Args + Clone + Serialize + DeserializeOwned> Given<T> {
-    /// The options of `other` where it gives them, else its own.
-    pub fn with(&self, other: &Self) -> Result<Self> {
-        let (mut values, others) = (values(&self.options)?, values(&other.options)?);
-        for Place { name, path } in places::<T>(&others) {
-            if let (true, Some(own), Some(value)) = (
-                other.has(&name),
-                values.pointer_mut(&path),
-                others.pointer(&path),
-            ) {
-                *own = value.clone();
-            }
-        }
-        Ok(Self {
-            options: serde_json::from_value(values)?,
-            names: self.names.union(&other.names).cloned().collect(),
-        })
-    }
-
-    /// Without the options that `other` gives.
-    pub fn without(&self, other: &Self) -> Self {
         Self {
-            options: self.options.clone(),
-            names: self.names.difference(&other.names).cloned().collect(),
+            options: super::defaults::defaults(),
+            words: BTreeMap::new(),
         }
-    }
-
-    /// Name and word of each option that is given, in the order of the help.
-    pub fn pairs(&self) -> Result<Vec<(String, String)>> {
-        let values = values(&self.options)?;
-        let mut pairs = Vec::new();
-        for Place { name, path } in places::<T>(&values) {
-            if let Some(value) = values.pointer(&path).filter(|_| self.has(&name)) {
-                let word = word(value).with_context(|| name.clone())?;
-                pairs.push((name, word));
-            }
-        }
-        Ok(pairs)
     }
 }
 
@@ -98,7 +56,7 @@ impl<T: Args> FromArgMatches for Given<T> {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let mut given = Self {
             options: T::from_arg_matches(matches)?,
-            names: BTreeSet::new(),
+            words: BTreeMap::new(),
         };
         given.note(matches);
         Ok(given)
@@ -112,14 +70,17 @@ impl<T: Args> FromArgMatches for Given<T> {
 }
 
 impl<T: Args> Given<T> {
-    /// Takes note of the options that were typed.
+    /// Stores the words of the options that were typed.
     fn note(&mut self, matches: &ArgMatches) {
         let typed = |arg: &Arg| {
-            let is_typed =
-                matches.value_source(arg.get_id().as_str()) == Some(ValueSource::CommandLine);
-            arg.get_long().filter(|_| is_typed).map(str::to_owned)
+            let id = arg.get_id().as_str();
+            let is_typed = matches.value_source(id) == Some(ValueSource::CommandLine);
+            let name = arg.get_long().filter(|_| is_typed)?;
+            let words = matches.get_raw(id).into_iter().flatten();
+            let words: Vec<_> = words.map(|word| word.to_string_lossy()).collect();
+            Some((name.to_owned(), words.join(",")))
         };
-        self.names
+        self.words
             .extend(group::<T>().get_arguments().filter_map(typed));
     }
 }
@@ -133,54 +94,4 @@ pub fn names_of<T: Args>() -> Vec<String> {
 
 fn group<T: Args>() -> Command {
     T::augment_args(Command::new("group"))
-}
-
-/// An option, and the path to its value among those of nested groups.
-struct Place {
-    name: String,
-    path: String,
-}
-
-/// The place of each option: under its name, or under that of its field.
-fn places<T: Args>(values: &Value) -> Vec<Place> {
-    let place = |arg: &Arg| {
-        let (long, id) = (arg.get_long()?, arg.get_id().as_str());
-        Some(Place {
-            path: path(values, long).or_else(|| path(values, id))?,
-            name: long.to_owned(),
-        })
-    };
-    group::<T>().get_arguments().filter_map(place).collect()
-}
-
-/// The path to the first value of a name that is no group itself.
-fn path(values: &Value, name: &str) -> Option<String> {
-    let Value::Object(map) = values else {
-        return None;
-    };
-    if map.get(name).is_some_and(|value| !value.is_object()) {
-        return Some(format!("/{name}"));
-    }
-    map.iter()
-        .find_map(|(group, inner)| Some(format!("/{group}{}", path(inner, name)?)))
-}
-
-/// The values of options, in nested groups.
-fn values(options: &impl Serialize) -> Result<Value> {
-    // Text keeps a number in single precision as short as it was typed.
-    let text = serde_json::to_string(options)?;
-    Ok(serde_json::from_str(&text)?)
-}
-
-/// A value as it is typed.
-fn word(value: &Value) -> Result<String> {
-    match value {
-        Value::String(word) => Ok(word.clone()),
-        Value::Number(number) => Ok(number.to_string().trim_end_matches(".0").to_owned()),
-        Value::Array(values) => {
-            let words: Result<Vec<String>> = values.iter().map(word).collect();
-            Ok(words?.join(","))
-        }
-        _ => bail!("{value} cannot be typed"),
-    }
 }

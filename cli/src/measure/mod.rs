@@ -13,6 +13,7 @@ use serde_json::{Map, Value};
 
 use crate::measure::figures::Steps;
 use crate::open::Opened;
+use crate::process::report::{Account, Cost};
 
 /// Steps of a shimmer: sixteen of a sixteenth of a pixel are one pixel.
 const SHIMMER_STEPS: u32 = 16;
@@ -23,6 +24,8 @@ pub(crate) struct Rendered {
     pub(crate) image: Image,
     /// Counts and times of the renderer.
     pub(crate) keys: Value,
+    /// Its time and work.
+    pub(crate) cost: Cost,
     /// Elapsed and CPU time.
     pub(crate) time: Time,
 }
@@ -57,14 +60,15 @@ pub(crate) struct Reference {
 /// Draws the picture of one camera under the present setting.
 pub(crate) fn rendered(opened: &mut Opened, camera: &Camera) -> Result<Rendered> {
     let drawn = opened.draw(camera)?;
-    let keys = drawn.account.keys;
+    let Account { keys, cost, .. } = drawn.account;
     Ok(Rendered {
         image: drawn.image,
         time: Time {
-            wall_ms: total(&keys, "wall_ms"),
-            cpu_ms: total(&keys, "cpu_ms"),
+            wall_ms: cost.wall_ms,
+            cpu_ms: cost.cpu_ms,
         },
         keys,
+        cost,
     })
 }
 
@@ -178,14 +182,6 @@ pub(crate) fn jump(pictures: &[Image]) -> Option<f64> {
     (middle > 0.0).then(|| largest / middle)
 }
 
-/// The number under a name of a renderer's account; of several views their sum.
-pub(crate) fn total(keys: &Value, name: &str) -> f64 {
-    match keys.get("views").and_then(Value::as_array) {
-        Some(views) => views.iter().map(|view| total(view, name)).sum(),
-        None => number(keys, name),
-    }
-}
-
 /// A number of a renderer's account; 0 where it has none of this name.
 pub(crate) fn number(keys: &Value, name: &str) -> f64 {
     keys.get(name).and_then(Value::as_f64).unwrap_or(0.0)
@@ -248,11 +244,5 @@ mod tests {
             counts(keys),
             Map::from_iter([("points".to_owned(), json!(3))])
         );
-    }
-
-    #[test]
-    fn times_of_views_add_up() {
-        let keys = json!({"views": [{"cpu_ms": 1.5}, {"cpu_ms": 2.0}]});
-        assert_eq!(total(&keys, "cpu_ms"), 3.5);
     }
 }

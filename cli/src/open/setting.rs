@@ -1,16 +1,21 @@
-//! How a scene is drawn: typed options of which only some are given, and the words that a person would type for them.
+//! How a scene is drawn: the options of an application, and choices that are laid over them.
 //!
-//! A setting is the group of options of one application, each of them given or not. Settings are laid over one another
-//! (the planner's under the typed one, those of `trade` over it), compared, and written as words: `--name value` for each
-//! option that is given. Words are for people and for other processes; nothing in the program reads them again.
+//! A [`Setting`] holds all options of one application, and which of them are given. A [`Choice`] sets one option;
+//! [`Choices`] are the planner's rungs, the rows of `trade` and of `bench`. Words are for people and for other processes;
+//! nothing in the program reads them again.
 
 use anyhow::{Result, bail};
-use warp3d::WarpArgs;
+use resample_core::{FootprintMode, KernelShape, SelectMode};
+use volsplat::{Classify, Interpolate, Subpixels};
+use warp3d::args::MethodName;
+use warp3d::{Fill, MixedPixels, Visibility, WarpArgs};
 
-use crate::args::{Drawing, Given, RenderArgs};
+use crate::args::volume::order;
+use crate::args::{CellsName, Drawing, Given, OrderName, RenderArgs};
+use crate::values::word;
 
-/// Options of one application, of which some are given.
-#[derive(Clone, Debug)]
+/// All options of how one application draws, and which of them are given.
+#[derive(Clone, Debug, PartialEq)]
 pub enum Setting {
     /// A volume's.
     Volume(Box<Given<RenderArgs>>),
@@ -20,54 +25,248 @@ pub enum Setting {
     Depth(Given<WarpArgs>),
 }
 
-impl PartialEq for Setting {
-    /// Settings are alike where the words are.
-    fn eq(&self, other: &Self) -> bool {
-        let words = |setting: &Self| setting.words().ok();
-        std::mem::discriminant(self) == std::mem::discriminant(other) && words(self) == words(other)
+/// One option, set to a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Choice {
+    /// An option of a volume.
+    Volume(VolumeChoice),
+    /// An option of a mesh.
+    Mesh(MeshChoice),
+    /// An option of a picture with depth.
+    Depth(DepthChoice),
+}
+
+/// One option of a volume, set to a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum VolumeChoice {
+    /// `--order`.
+    Order(OrderName),
+    /// `--slab`, voxels.
+    Slab(f64),
+    /// `--subpixels`.
+    Subpixels(Subpixels),
+    /// `--min-transmittance`.
+    MinTransmittance(f32),
+    /// `--footprint`.
+    Footprint(FootprintMode),
+    /// `--kernel`.
+    Kernel(KernelShape),
+    /// `--select`.
+    Select(SelectMode),
+    /// `--point-threshold`, px.
+    PointThreshold(f32),
+    /// `--cells`.
+    Cells(CellsName),
+    /// `--cell-error`.
+    CellError(f32),
+    /// `--classify`.
+    Classify(Classify),
+    /// `--interpolate`.
+    Interpolate(Interpolate),
+}
+
+/// One option of a mesh, set to a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MeshChoice {
+    /// `--method`.
+    Method(texmap::Method),
+    /// `--subpixels`.
+    Subpixels(u32),
+}
+
+/// One option of a picture with depth, set to a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DepthChoice {
+    /// `--method`.
+    Method(MethodName),
+    /// `--visibility`.
+    Visibility(Visibility),
+    /// `--subpixels`.
+    Subpixels(u32),
+    /// `--mixed`.
+    Mixed(MixedPixels),
+    /// `--fill`.
+    Fill(Fill),
+}
+
+/// Options that are set beyond a setting, in the order in which they are written; none twice.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Choices {
+    list: Vec<Choice>,
+}
+
+impl From<VolumeChoice> for Choice {
+    fn from(choice: VolumeChoice) -> Self {
+        Self::Volume(choice)
+    }
+}
+
+impl From<MeshChoice> for Choice {
+    fn from(choice: MeshChoice) -> Self {
+        Self::Mesh(choice)
+    }
+}
+
+impl From<DepthChoice> for Choice {
+    fn from(choice: DepthChoice) -> Self {
+        Self::Depth(choice)
+    }
+}
+
+impl Choice {
+    /// The long name of the option, and the value as it is typed.
+    fn name_and_word(&self) -> (&'static str, String) {
+        match self {
+            Self::Volume(choice) => choice.name_and_word(),
+            Self::Mesh(MeshChoice::Method(method)) => ("method", word(*method)),
+            Self::Mesh(MeshChoice::Subpixels(count)) => ("subpixels", count.to_string()),
+            Self::Depth(DepthChoice::Method(method)) => ("method", word(*method)),
+            Self::Depth(DepthChoice::Visibility(rule)) => ("visibility", word(*rule)),
+            Self::Depth(DepthChoice::Subpixels(count)) => ("subpixels", count.to_string()),
+            Self::Depth(DepthChoice::Mixed(mixed)) => ("mixed", word(*mixed)),
+            Self::Depth(DepthChoice::Fill(fill)) => ("fill", word(*fill)),
+        }
+    }
+}
+
+impl VolumeChoice {
+    fn name_and_word(&self) -> (&'static str, String) {
+        match self {
+            Self::Order(order) => ("order", word(*order)),
+            Self::Slab(voxels) => ("slab", voxels.to_string()),
+            Self::Subpixels(Subpixels::Auto) => ("subpixels", "auto".to_owned()),
+            Self::Subpixels(Subpixels::Fixed(count)) => ("subpixels", count.to_string()),
+            Self::MinTransmittance(least) => ("min-transmittance", least.to_string()),
+            Self::Footprint(mode) => ("footprint", word(*mode)),
+            Self::Kernel(shape) => ("kernel", word(*shape)),
+            Self::Select(mode) => ("select", word(*mode)),
+            Self::PointThreshold(radius_px) => ("point-threshold", radius_px.to_string()),
+            Self::Cells(cells) => ("cells", word(*cells)),
+            Self::CellError(error) => ("cell-error", error.to_string()),
+            Self::Classify(when) => ("classify", word(*when)),
+            Self::Interpolate(on) => ("interpolate", word(*on)),
+        }
+    }
+
+    fn apply(self, args: &mut RenderArgs) {
+        match self {
+            Self::Order(order) => args.order = Some(order),
+            Self::Slab(voxels) => args.field.slab_voxels = voxels,
+            Self::Subpixels(subpixels) => args.subpixels = subpixels,
+            Self::MinTransmittance(least) => args.min_transmittance = least,
+            Self::Footprint(mode) => args.samples.footprint = mode,
+            Self::Kernel(shape) => args.samples.kernel = shape,
+            Self::Select(mode) => args.samples.select = mode,
+            Self::PointThreshold(radius_px) => args.samples.point_threshold_px = radius_px,
+            Self::Cells(cells) => args.cells = cells,
+            Self::CellError(error) => args.cell_error = error,
+            Self::Classify(when) => args.sheets.classify = when,
+            Self::Interpolate(on) => args.sheets.interpolate = on,
+        }
+    }
+}
+
+impl MeshChoice {
+    fn apply(self, options: &mut texmap::RenderOptions) {
+        match self {
+            Self::Method(method) => options.method = method,
+            Self::Subpixels(count) => options.subpixels = count,
+        }
+    }
+}
+
+impl DepthChoice {
+    fn apply(self, args: &mut WarpArgs) {
+        match self {
+            Self::Method(method) => args.method = method,
+            Self::Visibility(rule) => args.visibility = Some(rule),
+            Self::Subpixels(count) => args.subpixels = Some(count),
+            Self::Mixed(mixed) => args.mixed = Some(mixed),
+            Self::Fill(fill) => args.fill = fill,
+        }
+    }
+}
+
+impl Choices {
+    /// Choices of different options of one application.
+    pub fn of<T: Into<Choice>>(list: impl IntoIterator<Item = T>) -> Self {
+        Self {
+            list: list.into_iter().map(Into::into).collect(),
+        }
+    }
+
+    /// These choices, but of options that `other` sets, those of `other`.
+    pub fn with(&self, other: &Self) -> Self {
+        let name = |choice: &Choice| choice.name_and_word().0;
+        let mut list = self.list.clone();
+        for &choice in &other.list {
+            match list.iter_mut().find(|own| name(own) == name(&choice)) {
+                Some(own) => *own = choice,
+                None => list.push(choice),
+            }
+        }
+        Self { list }
+    }
+
+    /// Without the options that a setting gives.
+    pub fn without(&self, setting: &Setting) -> Self {
+        let mut list = self.list.clone();
+        list.retain(|choice| !setting.has(choice.name_and_word().0));
+        Self { list }
+    }
+
+    /// Returns true if one of the choices sets this option.
+    pub fn has(&self, name: &str) -> bool {
+        self.list
+            .iter()
+            .any(|choice| choice.name_and_word().0 == name)
+    }
+
+    /// As they are typed.
+    pub fn words(&self) -> Vec<String> {
+        let pairs = self.list.iter().map(Choice::name_and_word);
+        pairs
+            .flat_map(|(name, word)| [format!("--{name}"), word])
+            .collect()
+    }
+
+    /// In short, for people: "slab 0.5, subpixels 2".
+    pub fn name(&self) -> String {
+        let pairs = self.list.iter().map(Choice::name_and_word);
+        let names: Vec<String> = pairs.map(|(name, word)| format!("{name} {word}")).collect();
+        names.join(", ")
     }
 }
 
 impl Setting {
-    /// A change of a volume's options; `names` are those that it sets.
-    pub fn volume(names: &[&str], set: impl FnOnce(&mut RenderArgs)) -> Self {
-        Self::Volume(Box::new(Given::of(names, set)))
-    }
-
-    /// A change of a mesh's options.
-    pub fn mesh(names: &[&str], set: impl FnOnce(&mut texmap::RenderOptions)) -> Self {
-        Self::Mesh(Given::of(names, set))
-    }
-
-    /// A change of the options of a picture with depth.
-    pub fn depth(names: &[&str], set: impl FnOnce(&mut WarpArgs)) -> Self {
-        Self::Depth(Given::of(names, set))
-    }
-
-    /// The options of `other` where it gives them, else its own.
-    pub fn with(&self, other: &Self) -> Result<Self> {
-        Ok(match (self, other) {
-            (Self::Volume(own), Self::Volume(other)) => Self::Volume(Box::new(own.with(other)?)),
-            (Self::Mesh(own), Self::Mesh(other)) => Self::Mesh(own.with(other)?),
-            (Self::Depth(own), Self::Depth(other)) => Self::Depth(own.with(other)?),
-            _ => bail!("a setting of another application"),
-        })
-    }
-
-    /// Without the options that `other` gives.
-    pub fn without(&self, other: &Self) -> Self {
-        match (self, other) {
-            (Self::Volume(own), Self::Volume(other)) => Self::Volume(Box::new(own.without(other))),
-            (Self::Mesh(own), Self::Mesh(other)) => Self::Mesh(own.without(other)),
-            (Self::Depth(own), Self::Depth(other)) => Self::Depth(own.without(other)),
-            _ => self.clone(),
+    /// These options with others set.
+    ///
+    /// # Errors
+    /// A choice of another application.
+    pub fn with(&self, choices: &Choices) -> Result<Self> {
+        let mut setting = self.clone();
+        for choice in &choices.list {
+            let (name, word) = choice.name_and_word();
+            match (&mut setting, *choice) {
+                (Self::Volume(own), Choice::Volume(choice)) => {
+                    own.set(name, word, |args| choice.apply(args));
+                }
+                (Self::Mesh(own), Choice::Mesh(choice)) => {
+                    own.set(name, word, |options| choice.apply(options));
+                }
+                (Self::Depth(own), Choice::Depth(choice)) => {
+                    own.set(name, word, |args| choice.apply(args));
+                }
+                _ => bail!("--{name} is an option of another application"),
+            }
         }
+        Ok(setting)
     }
 
     /// Returns true if the options fit one another.
     pub fn is_legal(&self) -> bool {
         match self {
-            Self::Volume(given) => crate::args::volume::order::order(given).is_ok(),
+            Self::Volume(given) => order::order(given).is_ok(),
             Self::Mesh(given) => given.options.validate().is_ok(),
             Self::Depth(given) => given.options.options().is_ok(),
         }
@@ -76,43 +275,37 @@ impl Setting {
     /// Returns true if both draw the same pictures, as far as that is known without a look at them.
     pub fn draws_like(&self, other: &Self) -> bool {
         match (self, other) {
+            (Self::Volume(own), Self::Volume(other)) => own.options == other.options,
             (Self::Mesh(own), Self::Mesh(other)) => own.options == other.options,
             (Self::Depth(own), Self::Depth(other)) => {
                 own.options.options().ok() == other.options.options().ok()
             }
-            _ => self == other,
+            _ => false,
         }
     }
 
-    /// Name and word of each option that is given, in the order of the help.
-    pub fn pairs(&self) -> Result<Vec<(String, String)>> {
+    /// Returns true if an option is given.
+    fn has(&self, name: &str) -> bool {
         match self {
-            Self::Volume(given) => given.pairs(),
-            Self::Mesh(given) => given.pairs(),
-            Self::Depth(given) => given.pairs(),
+            Self::Volume(given) => given.has(name),
+            Self::Mesh(given) => given.has(name),
+            Self::Depth(given) => given.has(name),
         }
     }
 
-    /// As it is typed.
-    pub fn words(&self) -> Result<Vec<String>> {
-        let pairs = self.pairs()?.into_iter();
-        Ok(pairs
-            .flat_map(|(name, value)| [format!("--{name}"), value])
-            .collect())
-    }
-
-    /// In short, for people: "slab 0.5, subpixels 2".
-    pub fn name(&self) -> Result<String> {
-        let pairs = self.pairs()?.into_iter();
-        let names: Vec<String> = pairs
-            .map(|(name, value)| format!("{name} {value}"))
-            .collect();
-        Ok(names.join(", "))
+    /// Name and word of each option that is given, in alphabetical order.
+    pub fn given(&self) -> impl Iterator<Item = (&str, &str)> {
+        let words = match self {
+            Self::Volume(given) => given.words(),
+            Self::Mesh(given) => given.words(),
+            Self::Depth(given) => given.words(),
+        };
+        words.iter().map(|(name, word)| (&**name, &**word))
     }
 }
 
 impl Drawing {
-    /// The options that say how it draws.
+    /// The options of how it draws.
     pub fn setting(&self) -> Setting {
         match self {
             Self::Texmap(args) => Setting::Mesh(args.render.clone()),
@@ -135,18 +328,13 @@ impl Drawing {
 
 #[cfg(test)]
 mod tests {
-    use clap::Parser;
+    use clap::{Parser, ValueEnum};
 
     use super::*;
-    use crate::args::{Cli, Command, OrderName};
+    use crate::args::{Cli, Command};
 
-    fn parsed(setting: &Setting) -> Setting {
-        let scene: &[&str] = match setting {
-            Setting::Volume(_) => &["volsplat", "a.nrrd"],
-            Setting::Mesh(_) => &["texmap", "a.glb"],
-            Setting::Depth(_) => &["warp3d", "a.png", "a.pfm"],
-        };
-        let words = setting.words().expect("words");
+    /// A command that draws, with further words.
+    fn parsed(scene: &[&str], words: Vec<String>) -> Setting {
         let all = ["resample"].iter().chain(scene).chain(&["-o", "a.exr"]);
         let all = all.map(|word| (*word).to_owned()).chain(words);
         match Cli::try_parse_from(all).expect("good words").command {
@@ -155,39 +343,61 @@ mod tests {
         }
     }
 
+    fn check(scene: &[&str], choice: impl Into<Choice>) {
+        let choice = Choices::of([choice]);
+        let set = parsed(scene, Vec::new()).with(&choice).expect("its own");
+        assert_eq!(parsed(scene, choice.words()), set, "{}", choice.name());
+    }
+
     #[test]
-    fn words_give_the_same_setting_when_they_are_typed() {
-        for setting in [
-            Setting::volume(&["slab", "subpixels", "min-transmittance"], |args| {
-                args.field.slab_voxels = 0.25;
-                args.subpixels = volsplat::Subpixels::Fixed(4);
-                args.min_transmittance = 0.001;
-            }),
-            Setting::volume(&["order"], |args| args.order = Some(OrderName::EverySample)),
-            Setting::mesh(&["subpixels"], |args| args.subpixels = 2),
-            Setting::depth(&["subpixels"], |args| args.subpixels = Some(8)),
+    fn the_words_of_every_choice_give_the_same_setting_when_they_are_typed() {
+        use VolumeChoice::{
+            CellError, Cells, Classify, Footprint, Interpolate, Kernel, MinTransmittance, Order,
+            PointThreshold, Select, Slab, Subpixels,
+        };
+        let volume = [
+            Order(OrderName::EverySample),
+            Slab(0.25),
+            Subpixels(volsplat::Subpixels::Fixed(4)),
+            Subpixels(volsplat::Subpixels::Auto),
+            MinTransmittance(0.001),
+            MinTransmittance(1e-5),
+            Footprint(FootprintMode::Table),
+            Kernel(KernelShape::BSpline),
+            Select(SelectMode::Splats),
+            PointThreshold(0.5),
+            Cells(CellsName::Mean),
+            CellError(1.0 / 64.0),
+            Classify(volsplat::Classify::value_variants()[1]),
+            Interpolate(volsplat::Interpolate::value_variants()[1]),
+        ];
+        for choice in volume {
+            check(&["volsplat", "a.nrrd"], choice);
+        }
+        for method in texmap::Method::ALL {
+            check(&["texmap", "a.glb"], MeshChoice::Method(method));
+        }
+        check(&["texmap", "a.glb"], MeshChoice::Subpixels(2));
+        for choice in [
+            DepthChoice::Method(MethodName::Nearest),
+            DepthChoice::Visibility(Visibility::OcclusionOrder),
+            DepthChoice::Subpixels(8),
+            DepthChoice::Mixed(MixedPixels::Keep),
+            DepthChoice::Fill(Fill::Background),
         ] {
-            assert_eq!(parsed(&setting), setting);
+            check(&["warp3d", "a.png", "a.pfm"], choice);
         }
     }
 
     #[test]
-    fn settings_are_laid_over_one_another() {
-        let low = Setting::volume(&["slab", "min-transmittance"], |args| {
-            args.field.slab_voxels = 2.0;
-            args.min_transmittance = 0.5;
-        });
-        let high = Setting::volume(&["slab"], |args| args.field.slab_voxels = 1.0);
-        assert_eq!(
-            low.with(&high).and_then(|s| s.name()).expect("good"),
-            "slab 1, min-transmittance 0.5"
-        );
-        assert_eq!(
-            low.without(&high).name().expect("good"),
-            "min-transmittance 0.5"
-        );
-        let mesh = Setting::mesh(&[], |_| ());
-        assert!(low.with(&mesh).is_err(), "another application");
+    fn choices_are_laid_over_one_another() {
+        let low = Choices::of([VolumeChoice::Slab(2.0), VolumeChoice::MinTransmittance(0.5)]);
+        let high = Choices::of([VolumeChoice::Slab(1.0)]);
+        assert_eq!(low.with(&high).name(), "slab 1, min-transmittance 0.5");
+        let typed = parsed(&["volsplat", "a.nrrd"], high.words());
+        assert_eq!(low.without(&typed).name(), "min-transmittance 0.5");
+        let mesh = Choices::of([MeshChoice::Subpixels(2)]);
+        assert!(typed.with(&mesh).is_err(), "another application");
     }
 
     #[test]
@@ -196,9 +406,11 @@ mod tests {
         let Command::Draw(mut drawing) = Cli::try_parse_from(words).expect("good").command else {
             panic!("a command that draws")
         };
-        let setting = Setting::mesh(&["subpixels"], |args| args.subpixels = 8);
+        let choices = Choices::of([MeshChoice::Subpixels(8)]);
+        let setting = drawing.setting().with(&choices).expect("of a mesh");
         drawing.set(setting.clone()).expect("of a mesh");
         assert_eq!(drawing.setting(), setting);
-        assert!(matches!(drawing, Drawing::Texmap(_)));
+        let given: Vec<(&str, &str)> = setting.given().collect();
+        assert_eq!(given, [("subpixels", "8")]);
     }
 }

@@ -1,12 +1,13 @@
 //! A setting in the windows: its errors, its work and its time in each of them.
 
 use resample_core::Image;
-use serde_json::Value;
 
 use super::ladder::Rung;
+use super::pilot::Scene;
 use super::windows::COVERED;
-use crate::measure::{Rendered, total};
+use crate::measure::Rendered;
 use crate::open::setting::Setting;
+use crate::process::report::Cost;
 
 /// A setting in the windows.
 pub(super) struct Candidate {
@@ -35,13 +36,6 @@ pub(super) struct Work {
     pub(super) fixed: f64,
 }
 
-/// Work of looking at a brick, in sub-pixels that a sample is added to; at a triangle and a sample of a depth image, in covered
-/// pixels of the exact setting. Work at the pixel of an edge, in other pixels. From the times of the stages.
-const WORK_OF_BRICK: f64 = 2.0;
-const WORK_OF_TRIANGLE: f64 = 0.04;
-const WORK_OF_SAMPLE: f64 = 0.13;
-const WORK_OF_EDGE_PIXEL: f64 = 20.0;
-
 impl Candidate {
     pub(super) fn new(rung: &Rung) -> Self {
         Self {
@@ -51,23 +45,16 @@ impl Candidate {
         }
     }
 
-    /// The work of a picture or a part of it, by the renderer's counts.
-    pub(super) fn work(&self, keys: &Value) -> Work {
-        let count = |name: &str| total(keys, name);
-        match self.rung.setting {
-            Setting::Volume(_) => Work {
-                growing: count("pixels_touched"),
-                fixed: WORK_OF_BRICK * count("bricks"),
-            },
-            Setting::Mesh(_) => Work {
-                growing: self.rung.work * count("pixels_touched"),
-                fixed: WORK_OF_TRIANGLE * count("triangles"),
-            },
-            Setting::Depth(_) => Work {
-                growing: self.rung.work
-                    * (count("seen") + WORK_OF_EDGE_PIXEL * count("edge_pixels")),
-                fixed: WORK_OF_SAMPLE * count("samples"),
-            },
+    /// The work of a picture or a part of it. A volume's counts grow with the setting; those of meshes and warps are of pixels,
+    /// each of which takes the work of the rung.
+    pub(super) fn work(&self, scene: &Scene, cost: &Cost) -> Work {
+        let each = match scene.typed {
+            Setting::Volume(_) => 1.0,
+            Setting::Mesh(_) | Setting::Depth(_) => self.rung.work,
+        };
+        Work {
+            growing: each * cost.growing,
+            fixed: cost.fixed,
         }
     }
 }

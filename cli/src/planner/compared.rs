@@ -11,7 +11,7 @@ use super::candidate::Candidate;
 use super::ladder::{Ladder, Rung};
 use super::pilot::{MOST_PREVIEW_PX, Pilot, Scene, View, preview_camera};
 use super::windows::{Cells, pixels};
-use crate::open::setting::Setting;
+use crate::open::setting::{Choices, Setting, VolumeChoice};
 
 /// Where the default changes a preview, it has all of a picture's pixels, up to this many along a side: at half of them the rims of
 /// plates have other contrast than in the picture, and windows missed them. Beyond, these previews would cost more than windows.
@@ -108,7 +108,7 @@ impl Pilot {
 /// sub-pixels along each side. One with the same rays shares the other's error at narrow peaks and rims, and does not show it.
 /// Where the typed options leave no such choice, the next one of twice the work on the ladder.
 fn crossed(scene: &Scene, ladder: &Ladder, rung: &Rung, work: f64) -> Result<Rung> {
-    let Setting::Volume(own) = scene.typed.with(&rung.setting)? else {
+    let Setting::Volume(own) = scene.typed.with(&rung.choices)? else {
         return Ok(ladder.at_work(2.0 * work).clone());
     };
     let slab = own.options.field.slab_voxels;
@@ -117,15 +117,15 @@ fn crossed(scene: &Scene, ladder: &Ladder, rung: &Rung, work: f64) -> Result<Run
         // Work is sub-pixels along two sides over the slab.
         Subpixels::Auto => (slab * work).max(1.0).sqrt().log2().round().exp2() as u32,
     };
-    let setting = Setting::volume(&["slab", "subpixels"], |args| {
-        args.field.slab_voxels = 2.0 * slab;
-        args.subpixels = Subpixels::Fixed((2 * subpixels).min(MOST_SUBPIXELS));
-    });
-    let setting = setting.without(&scene.typed);
-    let is_choice = scene.typed.with(&setting)?.is_legal();
+    let choices = Choices::of([
+        VolumeChoice::Slab(2.0 * slab),
+        VolumeChoice::Subpixels(Subpixels::Fixed((2 * subpixels).min(MOST_SUBPIXELS))),
+    ]);
+    let choices = choices.without(&scene.typed);
+    let is_choice = scene.typed.with(&choices)?.is_legal();
     Ok(match is_choice {
         true => Rung {
-            setting,
+            choices,
             work: 2.0 * work,
         },
         false => ladder.at_work(2.0 * work).clone(),

@@ -1,22 +1,21 @@
 //! The account of the planner's choice: one line, an explanation, and the record in the stats file.
 
-use anyhow::Result;
 use serde_json::{Value, json};
 
 use super::effort::Asked;
 use super::pilot::Pilot;
 use super::search::{Found, Keeps, Tried};
-use crate::open::setting::Setting;
+use crate::open::setting::Choices;
 use crate::process::report::Verbosity;
 
 /// All that is known about a choice.
 pub(super) struct Account<'a> {
     pub(super) asked: Asked,
-    pub(super) setting: &'a Setting,
+    pub(super) choices: &'a Choices,
     /// `None` where the exact setting is taken because nothing else keeps the bound.
     pub(super) chosen: Option<&'a Tried>,
     pub(super) found: &'a Found,
-    pub(super) exact: &'a Setting,
+    pub(super) exact: &'a Choices,
     /// The command with the setting that was chosen.
     pub(super) command: String,
     pub(super) planning_ms: f64,
@@ -25,14 +24,14 @@ pub(super) struct Account<'a> {
 
 impl Account<'_> {
     /// The lines for people.
-    pub(super) fn said(&self, explain: bool, verbosity: Verbosity) -> Result<Vec<String>> {
+    pub(super) fn said(&self, explain: bool, verbosity: Verbosity) -> Vec<String> {
         let mut lines: Vec<String> = self.warning().into_iter().collect();
         if explain {
-            lines.push(self.explained()?);
+            lines.push(self.explained());
         } else if verbosity != Verbosity::Quiet {
-            lines.push(self.line()?);
+            lines.push(self.line());
         }
-        Ok(lines)
+        lines
     }
 
     /// A warning where no setting keeps the bound.
@@ -54,9 +53,9 @@ impl Account<'_> {
     }
 
     /// The choice in one line.
-    fn line(&self) -> Result<String> {
-        let name = name(self.setting)?;
-        Ok(match (self.asked, self.chosen) {
+    fn line(&self) -> String {
+        let name = name(self.choices);
+        match (self.asked, self.chosen) {
             (_, None) => format!("chosen: the exact setting, {name}"),
             (Asked::Error(bound), Some(tried)) => format!(
                 "chosen: {name}; {} error at most {:.5} predicted, {:.5} allowed",
@@ -67,22 +66,22 @@ impl Account<'_> {
             (Asked::Time(_), Some(tried)) => {
                 format!("chosen: {name}; about {:.0} ms predicted", tried.time_ms)
             }
-        })
+        }
     }
 
     /// The choice, its reason, and the savings and costs of the others.
-    fn explained(&self) -> Result<String> {
-        let mut lines = vec![self.line()?, self.pilot_line()];
+    fn explained(&self) -> String {
+        let mut lines = vec![self.line(), self.pilot_line()];
         if self.chosen.is_none() {
             lines.push(format!("why: {}", self.found.why_exact));
         }
         for other in &self.found.tried {
-            if other.setting != *self.setting {
-                lines.push(self.beside(other)?);
+            if other.choices != *self.choices {
+                lines.push(self.beside(other));
             }
         }
         lines.push(format!("again without planning: {}", self.command));
-        Ok(lines.join("\n"))
+        lines.join("\n")
     }
 
     fn pilot_line(&self) -> String {
@@ -102,7 +101,7 @@ impl Account<'_> {
     }
 
     /// The saving or cost of another setting.
-    fn beside(&self, other: &Tried) -> Result<String> {
+    fn beside(&self, other: &Tried) -> String {
         let mut parts = Vec::new();
         if let Some(error) = other.error {
             parts.push(format!("error {error:.5}"));
@@ -114,11 +113,11 @@ impl Account<'_> {
             (Keeps::No, Asked::Time(_)) => parts.push("over the time".into()),
         }
         parts.push(format!("about {:.0} ms", other.time_ms));
-        Ok(format!("  {}: {}", name(&other.setting)?, parts.join(", ")))
+        format!("  {}: {}", name(&other.choices), parts.join(", "))
     }
 
     /// The entry of the stats file.
-    pub(super) fn record(&self) -> Result<Value> {
+    pub(super) fn record(&self) -> Value {
         let pilot = self.found.pilot.as_ref();
         let (views, windows, share) = pilot.map_or((0, 0, 0.0), Pilot::size);
         let (metric, bound) = match self.asked {
@@ -126,47 +125,47 @@ impl Account<'_> {
             Asked::Time(time_ms) => ("time_ms", time_ms),
         };
         let considered = self.found.tried.iter().map(|tried| {
-            Ok(json!({
-                "setting": words(&tried.setting)?,
+            json!({
+                "setting": words(&tried.choices),
                 "predicted_error": tried.error,
                 "predicted_work": tried.work,
                 "predicted_ms": tried.time_ms,
-            }))
+            })
         });
         let exact = match self.asked {
             Asked::Error(_) => Some(0.0),
             Asked::Time(_) => None,
         };
-        Ok(json!({
+        json!({
             "metric": metric,
             "bound": bound,
-            "setting": words(self.setting)?,
+            "setting": words(self.choices),
             "predicted_error": self.chosen.map_or(exact, |tried| tried.error),
             "predicted_work": self.chosen.map(|tried| tried.work),
             "predicted_ms": self.chosen.map(|tried| tried.time_ms),
             "kept": self.chosen.is_none_or(|tried| tried.keeps == Keeps::Yes),
-            "exact_setting": words(self.exact)?,
+            "exact_setting": words(self.exact),
             "command": self.command,
             "pilot_views": views,
             "pilot_windows": windows,
             "pilot_share_of_pixels": share,
             "pilot_cpu_ms": pilot.map_or(0.0, |pilot| pilot.cpu_ms),
             "planning_ms": self.planning_ms,
-            "considered": considered.collect::<Result<Vec<Value>>>()?,
-        }))
+            "considered": considered.collect::<Vec<Value>>(),
+        })
     }
 }
 
 /// A setting as it is typed, in one text; nothing for the default.
-fn words(setting: &Setting) -> Result<String> {
-    Ok(setting.words()?.join(" "))
+fn words(choices: &Choices) -> String {
+    choices.words().join(" ")
 }
 
-fn name(setting: &Setting) -> Result<String> {
-    let words = words(setting)?;
-    Ok(if words.is_empty() {
+fn name(choices: &Choices) -> String {
+    let words = words(choices);
+    if words.is_empty() {
         "the default".into()
     } else {
         words
-    })
+    }
 }

@@ -112,7 +112,7 @@ impl Search<'_, '_> {
 
     /// Takes the time of a whole picture for the predicted one; how much longer it is.
     fn measure_whole(&mut self, tried: &mut Tried, most_ms: f64) -> Result<f64> {
-        let whole_ms = self.pilot.whole_ms(self.scene, &tried.setting)?;
+        let whole_ms = self.pilot.whole_ms(self.scene, &tried.choices)?;
         let ratio = whole_ms / tried.time_ms.max(f64::MIN_POSITIVE);
         if self.tried.is_empty() {
             self.time_scale = ratio;

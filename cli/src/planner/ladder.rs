@@ -10,12 +10,12 @@ use warp3d::args::MethodName;
 
 use crate::args::OrderName;
 use crate::args::volume::order;
-use crate::open::setting::Setting;
+use crate::open::setting::{Choices, DepthChoice, MeshChoice, Setting, VolumeChoice};
 
-/// A setting beyond the typed one.
+/// Choices beyond the typed setting.
 #[derive(Clone, Debug)]
 pub(super) struct Rung {
-    pub(super) setting: Setting,
+    pub(super) choices: Choices,
     /// The work of each pixel, in any unit: the place on the ladder. 0 where only a measurement can tell.
     pub(super) work: f64,
 }
@@ -47,15 +47,13 @@ pub(crate) fn ends(typed: &Setting) -> Result<Ends> {
     // The cheapest field has stripes, and the cheapest warp tears surfaces. A look-up in a pyramid costs the same however
     // small the picture is, and does not sparkle.
     let quick = match typed {
-        Setting::Mesh(_) => Setting::mesh(&["method", "subpixels"], |options| {
-            options.method = Method::BackwardTrilinear;
-            options.subpixels = 1;
-        }),
-        Setting::Volume(_) => Setting::volume(&["subpixels"], |args| {
-            args.subpixels = Subpixels::Fixed(1);
-        }),
-        Setting::Depth(_) if ladder.rungs.len() > 1 => ladder.rungs[1].setting.clone(),
-        Setting::Depth(_) => ladder.cheapest().setting.clone(),
+        Setting::Mesh(_) => Choices::of([
+            MeshChoice::Method(Method::BackwardTrilinear),
+            MeshChoice::Subpixels(1),
+        ]),
+        Setting::Volume(_) => Choices::of([VolumeChoice::Subpixels(Subpixels::Fixed(1))]),
+        Setting::Depth(_) if ladder.rungs.len() > 1 => ladder.rungs[1].choices.clone(),
+        Setting::Depth(_) => ladder.cheapest().choices.clone(),
     };
     let quick = typed.with(&quick)?;
     Ok(Ends {
@@ -64,8 +62,8 @@ pub(crate) fn ends(typed: &Setting) -> Result<Ends> {
         } else {
             typed.clone()
         },
-        exact: typed.with(&ladder.exact().setting)?,
-        exact_words: ladder.exact().setting.words()?,
+        exact: typed.with(&ladder.exact().choices)?,
+        exact_words: ladder.exact().choices.words(),
     })
 }
 
@@ -106,30 +104,27 @@ const NEAREST: f64 = 0.1;
 impl Ladder {
     /// The ladder of an application beyond the typed setting; `allowed` is the error, where one was asked for.
     pub(super) fn of(typed: &Setting, allowed: Option<f64>) -> Result<Self> {
-        let (rungs, default, preview) = match typed {
+        let (rungs, preview) = match typed {
             Setting::Volume(given) => {
-                let default = Setting::volume(&[], |_| ());
                 match order::order(given) {
                     // Contradicting options are refused when the volume is opened.
-                    Ok(None | Some(OrderName::Field)) | Err(_) => {
-                        (field(allowed), default, field_preview())
-                    }
-                    Ok(Some(_)) => (samples(), default.clone(), rung(1.0, default)),
+                    Ok(None | Some(OrderName::Field)) | Err(_) => (field(allowed), field_preview()),
+                    Ok(Some(_)) => (samples(), rung(1.0, Choices::default())),
                 }
             }
-            Setting::Mesh(_) => (mesh(), Setting::mesh(&[], |_| ()), mesh_preview()),
+            Setting::Mesh(_) => (mesh(), mesh_preview()),
             Setting::Depth(_) => {
                 let rungs = warp();
                 let nearest = rungs[0].clone();
-                (rungs, Setting::depth(&[], |_| ()), nearest)
+                (rungs, nearest)
             }
         };
         let mut ladder = Self {
             rungs: Vec::new(),
-            default: rung(0.0, default),
-            preview: rung(preview.work, preview.setting.without(typed)),
+            default: rung(0.0, Choices::default()),
+            preview: rung(preview.work, preview.choices.without(typed)),
         };
-        if !typed.with(&ladder.preview.setting)?.is_legal() {
+        if !typed.with(&ladder.preview.choices)?.is_legal() {
             ladder.preview = ladder.default.clone();
         }
         ladder.add(rungs, typed)?;
@@ -138,17 +133,16 @@ impl Ladder {
 
     /// Adds the rungs beyond the typed setting.
     fn add(&mut self, all: Vec<Rung>, typed: &Setting) -> Result<()> {
-        let options = typed.with(&self.default.setting)?;
         let Self { rungs, default, .. } = self;
-        for Rung { setting, work } in all {
-            let setting = setting.without(typed);
-            let whole = typed.with(&setting)?;
+        for Rung { choices, work } in all {
+            let choices = choices.without(typed);
+            let whole = typed.with(&choices)?;
             // Typed options can make two rungs the same setting, and one of them may be the default.
-            rungs.retain(|other| other.setting != setting);
-            if whole.draws_like(&options) {
+            rungs.retain(|other| other.choices != choices);
+            if whole.draws_like(typed) {
                 default.work = work;
             } else if whole.is_legal() {
-                rungs.push(rung(work, setting));
+                rungs.push(rung(work, choices));
             }
         }
         if rungs.is_empty() {
@@ -180,8 +174,8 @@ impl Ladder {
     }
 }
 
-fn rung(work: f64, setting: Setting) -> Rung {
-    Rung { setting, work }
+fn rung(work: f64, choices: Choices) -> Rung {
+    Rung { choices, work }
 }
 
 /// Voxels of the smallest spacing beyond which a slab is no choice for an error: it leaves voxels out along that axis, so that a
@@ -190,11 +184,11 @@ const LONGEST_SLAB: f64 = 1.0;
 
 /// One sample a voxel and a pixel: cheap, without the stripes of longer slabs, whose contrast is not the picture's.
 fn field_preview() -> Rung {
-    let setting = Setting::volume(&["slab", "subpixels"], |args| {
-        args.field.slab_voxels = LONGEST_SLAB;
-        args.subpixels = Subpixels::Fixed(1);
-    });
-    rung(1.0 / LONGEST_SLAB, setting)
+    let choices = Choices::of([
+        VolumeChoice::Slab(LONGEST_SLAB),
+        VolumeChoice::Subpixels(Subpixels::Fixed(1)),
+    ]);
+    rung(1.0 / LONGEST_SLAB, choices)
 }
 
 /// The work of the field is in proportion to its samples: sub-pixels along two sides, and slabs.
@@ -206,16 +200,13 @@ fn field(allowed: Option<f64>) -> Vec<Rung> {
             Some(bound) => Some(((TERMINATION_SHARE * bound) as f32).max(LEAST_TRANSMITTANCE)),
             None => None,
         };
-        let names = ["slab", "subpixels", "min-transmittance"];
-        let names = &names[..2 + usize::from(transmittance.is_some())];
-        let setting = Setting::volume(names, |args| {
-            args.field.slab_voxels = slab;
-            args.subpixels = Subpixels::Fixed(subpixels);
-            if let Some(transmittance) = transmittance {
-                args.min_transmittance = transmittance;
-            }
-        });
-        rung(f64::from(subpixels).powi(2) / slab, setting)
+        let samples = [
+            VolumeChoice::Slab(slab),
+            VolumeChoice::Subpixels(Subpixels::Fixed(subpixels)),
+        ];
+        let termination = transmittance.map(VolumeChoice::MinTransmittance);
+        let choices = Choices::of(samples.into_iter().chain(termination));
+        rung(f64::from(subpixels).powi(2) / slab, choices)
     };
     let is_choice =
         |(_, (slab, _)): &(usize, (f64, u32))| allowed.is_none() || *slab <= LONGEST_SLAB;
@@ -229,36 +220,34 @@ fn field(allowed: Option<f64>) -> Vec<Rung> {
 
 /// The orders of samples have nothing to climb: only early termination is free.
 fn samples() -> Vec<Rung> {
-    let exact = Setting::volume(&["min-transmittance"], |args| {
-        args.min_transmittance = LEAST_TRANSMITTANCE;
-    });
-    vec![rung(1.0, exact)]
+    let exact = [VolumeChoice::MinTransmittance(LEAST_TRANSMITTANCE)];
+    vec![rung(1.0, Choices::of(exact))]
 }
 
 fn mesh() -> Vec<Rung> {
-    let of = |subpixels| Setting::mesh(&["subpixels"], |options| options.subpixels = subpixels);
-    MESH.map(|(n, work)| rung(work, of(n))).to_vec()
+    let of = |(n, work)| rung(work, Choices::of([MeshChoice::Subpixels(n)]));
+    MESH.map(of).to_vec()
 }
 
 /// The nearest texel shows contrast well enough, and is cheap even where a texture is far larger than the picture.
 fn mesh_preview() -> Rung {
-    let setting = Setting::mesh(&["method", "subpixels"], |options| {
-        options.method = Method::BackwardNearest;
-        options.subpixels = 1;
-    });
-    rung(0.05, setting)
+    let choices = Choices::of([
+        MeshChoice::Method(Method::BackwardNearest),
+        MeshChoice::Subpixels(1),
+    ]);
+    rung(0.05, choices)
 }
 
 fn warp() -> Vec<Rung> {
     let hybrid = |(subpixels, work)| {
-        let setting = Setting::depth(&["method", "subpixels"], |args| {
-            args.method = MethodName::Hybrid;
-            args.subpixels = Some(subpixels);
-        });
-        rung(work, setting)
+        let choices = [
+            DepthChoice::Method(MethodName::Hybrid),
+            DepthChoice::Subpixels(subpixels),
+        ];
+        rung(work, Choices::of(choices))
     };
-    let nearest = Setting::depth(&["method"], |args| args.method = MethodName::Nearest);
-    let mut rungs = vec![rung(NEAREST, nearest)];
+    let nearest = [DepthChoice::Method(MethodName::Nearest)];
+    let mut rungs = vec![rung(NEAREST, Choices::of(nearest))];
     rungs.extend(WARP.map(hybrid));
     rungs
 }
@@ -266,45 +255,61 @@ fn warp() -> Vec<Rung> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::args::Drawing;
+    use crate::open::setting::Choice;
 
     fn names(typed: &Setting, allowed: Option<f64>) -> Vec<String> {
         let ladder = Ladder::of(typed, allowed).expect("a ladder");
-        let names = ladder.rungs.iter().map(|rung| rung.setting.name());
-        names.collect::<Result<_>>().expect("names")
+        let names = ladder.rungs.iter().map(|rung| rung.choices.name());
+        names.collect()
+    }
+
+    /// The default of a command that draws this file, with choices typed.
+    fn typed<T: Into<Choice>>(drawing: &Drawing, choices: impl IntoIterator<Item = T>) -> Setting {
+        let setting = drawing.setting().with(&Choices::of(choices));
+        setting.expect("its own choices")
+    }
+
+    fn volume(choices: &[VolumeChoice]) -> Setting {
+        typed(&Drawing::Volsplat(Box::default()), choices.iter().copied())
+    }
+
+    fn mesh(choices: &[MeshChoice]) -> Setting {
+        typed(&Drawing::Texmap(Box::default()), choices.iter().copied())
     }
 
     #[test]
     fn options_that_were_typed_are_no_choice() {
-        let free = Setting::volume(&[], |_| ());
+        let free = volume(&[]);
         assert_eq!(names(&free, None).len(), FIELD.len());
         assert_eq!(names(&free, None)[3], "slab 1, subpixels 2");
-        let fixed = Setting::volume(&["slab"], |args| args.field.slab_voxels = 1.0);
+        let fixed = volume(&[VolumeChoice::Slab(1.0)]);
         let expected = ["subpixels 1", "subpixels 2", "subpixels 4"];
         assert_eq!(names(&fixed, None)[..3], expected, "one rung of each");
         let ladder = Ladder::of(&fixed, None).expect("a ladder");
-        let exact = ladder.exact().setting.name().expect("a name");
+        let exact = ladder.exact().choices.name();
         assert!(!exact.contains("slab"), "{exact}");
-        let samples = Setting::volume(&["order"], |args| args.order = Some(OrderName::EverySample));
+        let samples = volume(&[VolumeChoice::Order(OrderName::EverySample)]);
         assert_eq!(names(&samples, Some(0.004)), ["min-transmittance 0.00001"]);
     }
 
     #[test]
     fn the_default_has_its_place_where_it_is_a_rung() {
-        let mesh = Ladder::of(&Setting::mesh(&[], |_| ()), None).expect("a ladder");
-        assert_eq!((mesh.rungs.len(), mesh.default.work), (3, 0.5));
-        let warp = Ladder::of(&Setting::depth(&[], |_| ()), None).expect("a ladder");
+        let free = Ladder::of(&mesh(&[]), None).expect("a ladder");
+        assert_eq!((free.rungs.len(), free.default.work), (3, 0.5));
+        let warp = Drawing::Warp3d(Box::default()).setting();
+        let warp = Ladder::of(&warp, None).expect("a ladder");
         assert_eq!((warp.rungs.len(), warp.default.work), (4, 0.75));
-        let typed = Setting::mesh(&["subpixels"], |options| options.subpixels = 2);
-        let nothing = Ladder::of(&typed, None).expect("a ladder");
+        let nothing = Ladder::of(&mesh(&[MeshChoice::Subpixels(2)]), None).expect("a ladder");
         assert_eq!(nothing.rungs.len(), 1, "nothing is free");
-        assert_eq!(nothing.exact().setting, nothing.default.setting);
+        assert_eq!(nothing.exact().choices, nothing.default.choices);
     }
 
     #[test]
     fn early_termination_gets_its_share() {
-        let free = names(&Setting::volume(&[], |_| ()), Some(0.004));
+        let free = names(&volume(&[]), Some(0.004));
         assert!(free[0].contains("min-transmittance 0.001"), "{}", free[0]);
-        let typed = Setting::volume(&["min-transmittance"], |args| args.min_transmittance = 0.5);
+        let typed = volume(&[VolumeChoice::MinTransmittance(0.5)]);
         assert!(!names(&typed, Some(0.004))[0].contains("min-transmittance"));
     }
 }

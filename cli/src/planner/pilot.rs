@@ -15,7 +15,7 @@ use super::ladder::{Ladder, Rung};
 use super::windows::{Cells, Window, pixels};
 use crate::measure;
 use crate::measure::Rendered;
-use crate::open::setting::Setting;
+use crate::open::setting::{Choices, Setting};
 use crate::open::{Opened, Parts};
 
 /// A scene, its pictures, and the setting that was typed.
@@ -95,7 +95,7 @@ const TIME_MARGIN: f64 = 1.2;
 impl Scene<'_> {
     /// Draws with a setting beyond the typed one from now on.
     pub(super) fn set(&mut self, rung: &Rung) -> Result<()> {
-        self.opened.set(&self.typed.with(&rung.setting)?)
+        self.opened.set(&self.typed.with(&rung.choices)?)
     }
 }
 
@@ -251,7 +251,7 @@ impl Pilot {
         camera: &Camera,
     ) -> Result<(Rendered, Work)> {
         let seen = measure::rendered(scene.opened, camera)?;
-        let work = candidate.work(&seen.keys);
+        let work = candidate.work(scene, &seen.cost);
         self.cpu_ms += seen.time.cpu_ms;
         self.work += work.growing + work.fixed;
         Ok((seen, work))
@@ -316,8 +316,8 @@ impl Pilot {
     }
 
     /// Elapsed time of one whole picture, ms: of the one with the most contrast in all.
-    pub(super) fn whole_ms(&self, scene: &mut Scene, setting: &Setting) -> Result<f64> {
-        scene.opened.set(&scene.typed.with(setting)?)?;
+    pub(super) fn whole_ms(&self, scene: &mut Scene, choices: &Choices) -> Result<f64> {
+        scene.opened.set(&scene.typed.with(choices)?)?;
         let most = |cells: &Cells| cells.contrast * cells.covered_px;
         let views = self.views.iter().map(|view| &view.cells);
         let view = views.max_by(|a, b| most(a).total_cmp(&most(b)));

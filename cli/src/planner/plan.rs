@@ -15,7 +15,7 @@ use crate::args::words::typed;
 use crate::args::words::typed::Typed;
 use crate::args::{AskArgs, Drawing};
 use crate::open::Opened;
-use crate::open::setting::Setting;
+use crate::open::setting::{Choices, Setting};
 use crate::plan::Purpose;
 use crate::process::report;
 use crate::process::report::Verbosity;
@@ -53,22 +53,22 @@ pub fn planned(drawing: &Drawing, typed: &Typed, verbosity: Verbosity) -> Result
     let read = Instant::now();
     let found = search::found(&mut scene, &ladder, asked)?;
     let chosen = found.best.map(|place| &found.tried[place]);
-    let setting = found.setting(&ladder);
-    let whole = scene.typed.with(setting)?;
+    let choices = found.choices(&ladder);
+    let whole = scene.typed.with(choices)?;
     let account = Account {
         asked,
-        setting,
+        choices,
         chosen,
         found: &found,
-        exact: &ladder.exact().setting,
-        command: command(drawing, typed, setting)?,
+        exact: &ladder.exact().choices,
+        command: command(drawing, typed, choices),
         planning_ms: report::ms_since(read),
         reading_ms: (read - start).as_secs_f64() * 1e3,
     };
-    for line in account.said(drawing.ask().explain, verbosity)? {
+    for line in account.said(drawing.ask().explain, verbosity) {
         report::say(&line);
     }
-    let record = account.record()?;
+    let record = account.record();
     opened.set(&whole)?;
     Ok(Some(Planned { opened, record }))
 }
@@ -88,7 +88,7 @@ pub(crate) fn keeping(
         typed,
     };
     let found = search::found(&mut scene, &ladder, Asked::Error(bound))?;
-    scene.typed.with(found.setting(&ladder))
+    scene.typed.with(found.choices(&ladder))
 }
 
 fn asked(ask: &AskArgs) -> Result<Option<Asked>> {
@@ -103,9 +103,9 @@ fn asked(ask: &AskArgs) -> Result<Option<Asked>> {
 }
 
 /// The command that repeats the pictures without planning.
-fn command(drawing: &Drawing, typed: &Typed, setting: &Setting) -> Result<String> {
+fn command(drawing: &Drawing, typed: &Typed, choices: &Choices) -> String {
     let mut words = vec![drawing.name().to_owned()];
     words.extend(typed.words(|name| OWN_OPTIONS.contains(&name)));
-    words.extend(setting.words()?);
-    Ok(typed::line(&words))
+    words.extend(choices.words());
+    typed::line(&words)
 }

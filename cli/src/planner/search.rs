@@ -7,13 +7,13 @@ use super::effort::{Asked, DRAWS, SHARE_OF_EXACT, effort};
 use super::estimate::{predicted, seen};
 use super::ladder::{Ladder, Rung};
 use super::pilot::{Pilot, Scene, side_px};
-use crate::open::setting::Setting;
+use crate::open::setting::{Choices, Setting};
 use crate::values::BoundMetric;
 
 /// A setting that was tried.
 #[derive(Clone, Debug)]
 pub(super) struct Tried {
-    pub(super) setting: Setting,
+    pub(super) choices: Choices,
     /// The error of the worst picture: predicted with a margin for an error, and seen in the windows for a time.
     pub(super) error: Option<f64>,
     /// Work of a picture, of one under the default setting.
@@ -45,10 +45,10 @@ pub(super) struct Found {
 
 impl Found {
     /// The chosen setting beyond the typed one.
-    pub(super) fn setting<'a>(&'a self, ladder: &'a Ladder) -> &'a Setting {
+    pub(super) fn choices<'a>(&'a self, ladder: &'a Ladder) -> &'a Choices {
         match self.best {
-            Some(place) => &self.tried[place].setting,
-            None => &ladder.exact().setting,
+            Some(place) => &self.tried[place].choices,
+            None => &ladder.exact().choices,
         }
     }
 }
@@ -267,7 +267,7 @@ impl Search<'_, '_> {
                 continue;
             }
             // For an error the exact setting needs no try; for a time a step may be too large to be worth one.
-            let is_exact = is_error && rung.setting == self.ladder.exact().setting;
+            let is_exact = is_error && rung.choices == self.ladder.exact().choices;
             if is_exact || (keeps && self.is_too_slow(rung, &last)) {
                 break;
             }
@@ -373,7 +373,7 @@ impl Search<'_, '_> {
             Asked::Time(most_ms) => (None, time_ms <= most_ms),
         };
         Tried {
-            setting: candidate.rung.setting.clone(),
+            choices: candidate.rung.choices.clone(),
             error,
             work: self.pilot.picture_work(candidate) / self.pilot.picture_work(&self.default),
             time_ms,

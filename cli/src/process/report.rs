@@ -100,6 +100,22 @@ pub struct Account {
     /// The times of the stages and the main counts in one line, for people.
     #[serde(skip)]
     pub line: String,
+    /// Its time and work, for the planner.
+    #[serde(skip)]
+    pub cost: Cost,
+}
+
+/// The time of a frame, and its work by the renderer's counts.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Cost {
+    /// Elapsed time, ms.
+    pub wall_ms: f64,
+    /// CPU time of all threads, ms.
+    pub cpu_ms: f64,
+    /// Work that grows with the visible area, in a unit of the renderer's own.
+    pub growing: f64,
+    /// Work that every window costs, in the same unit.
+    pub fixed: f64,
 }
 
 thread_local! {
@@ -273,6 +289,7 @@ mod tests {
         let account = Account {
             keys: json!({ "points": 3, "stages": {} }),
             line: "3 points".into(),
+            cost: Cost::default(),
         };
         WrittenFrame {
             file: name.into(),

@@ -10,7 +10,7 @@ use volsplat::{Blend, Described, Shading, TransferFunction};
 use crate::args::{Drawing, RayBlend, SceneArgs, TransferArgs, VolsplatArgs};
 use crate::look::suggested::Suggested;
 use crate::look::{channel_look, transfer};
-use crate::open::volume::Open;
+use crate::open::volume::OpenVolume;
 use crate::values::word;
 
 /// Bars of the histogram that the page draws.
@@ -20,7 +20,7 @@ const BARS: usize = 256;
 const STOPS: usize = 24;
 
 /// A volume's grid, values and looks.
-pub(crate) fn volume(open: &Open) -> Value {
+pub(crate) fn volume(open: &OpenVolume) -> Value {
     let volume = open.described();
     let (low, high) = volume.value_range();
     let lattice = volume.lattice();
@@ -99,7 +99,7 @@ fn channels(args: &SceneArgs) -> Vec<Value> {
 }
 
 /// The labels of the volume, the most frequent first: label, display colour, opacity.
-fn labels(open: &Open) -> Vec<Value> {
+fn labels(open: &OpenVolume) -> Vec<Value> {
     let labels = open.labels().into_iter();
     let known = labels.map(|(label, look)| {
         json!({ "label": label, "colour": look.rgb.map(srgb_from_linear), "opacity": look.opacity })
@@ -118,7 +118,7 @@ fn bars(histogram: &Histogram, (low, high): (f64, f64)) -> Vec<u64> {
 }
 
 /// The transfer function; null where labels or several channels have looks of their own.
-pub(crate) fn function(open: &Open) -> Value {
+pub(crate) fn function(open: &OpenVolume) -> Value {
     let args = open.args();
     if open.function().is_none() || !args.scene.channel.is_empty() {
         return Value::Null;
@@ -173,9 +173,8 @@ fn names<T: ValueEnum>() -> Vec<String> {
 pub(crate) fn options(drawing: &Drawing) -> Result<Value> {
     let set: Map<String, Value> = drawing
         .setting()
-        .pairs()?
-        .into_iter()
-        .map(|(name, word)| (name, json!(word)))
+        .given()
+        .map(|(name, word)| (name.to_owned(), json!(word)))
         .collect();
     let mut options = json!({ "set": set });
     match drawing {

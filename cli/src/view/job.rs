@@ -104,9 +104,7 @@ fn write(path: &Path, drawing: Drawing, stop: &Stop, news: &Sender<News>) -> Res
             None,
         ),
     };
-    if let Some(open) = opened.volume() {
-        open.stop_with(stop.clone());
-    }
+    opened.stop_with(stop.clone());
     let written = opened.finish(record, log);
     if written.is_err() && stop.is_asked() {
         bail!("{}: cancelled", path.display());

@@ -12,11 +12,11 @@ use super::facts;
 use super::message::{Exactness, View};
 use crate::args::Drawing;
 use crate::args::words::application::Application;
+use crate::cameras::camera_file;
 use crate::cameras::camera_file::CameraDefaults;
 use crate::cameras::viewpoint::DEFAULT_FOV_Y_DEG;
-use crate::cameras::{camera_file, picked_point};
 use crate::open::Opened;
-use crate::open::setting::Setting;
+use crate::open::open_scene::Probed;
 use crate::picture::background::Background;
 use crate::picture::bands::Window;
 use crate::plan::{DEFAULT_SIZE, Purpose};
@@ -105,7 +105,7 @@ impl Subject {
     /// The transfer function that is drawn now; null where there is none.
     pub(crate) fn function(&mut self) -> Value {
         let open = self.opened.volume();
-        open.map_or(Value::Null, |open| facts::function(open))
+        open.map_or(Value::Null, facts::function)
     }
 
     /// The name of the file.
@@ -263,9 +263,7 @@ impl Subject {
     }
 
     fn stop_with(&mut self, stop: Stop) {
-        if let Some(open) = self.opened.volume() {
-            open.stop_with(stop);
-        }
+        self.opened.stop_with(stop);
     }
 
     /// Takes the options of a view; true if they are new.
@@ -292,7 +290,9 @@ impl Subject {
             Exactness::Default | Exactness::Within64 | Exactness::Within255 => typed.clone(),
         };
         self.ready = None;
-        self.restyle(&drawing, &setting)?;
+        let mut styled = drawing.clone();
+        styled.set(setting)?;
+        self.opened.restyle(&styled)?;
         if let (Some(bound), Some(camera)) = (exactness.bound(), planned_for) {
             let bound = values::bound(bound).map_err(Error::msg)?;
             let setting = planner::keeping(&mut self.opened, typed, camera, bound)?;
@@ -301,23 +301,6 @@ impl Subject {
         self.drawing = drawing;
         self.ready = Some(ready);
         Ok(true)
-    }
-
-    /// Takes the looks of a command, and a setting in place of its own.
-    fn restyle(&mut self, drawing: &Drawing, setting: &Setting) -> Result<()> {
-        match (drawing, setting) {
-            (Drawing::Volsplat(args), Setting::Volume(render)) => {
-                let mut args = (**args).clone();
-                args.render = (**render).clone();
-                self.opened.volume().context("a volume")?.restyle(args)
-            }
-            (Drawing::Texmap(args), Setting::Mesh(render)) => {
-                let mut args = (**args).clone();
-                args.render = render.clone();
-                self.opened.mesh().context("a mesh")?.restyle(args)
-            }
-            _ => self.opened.set(setting),
-        }
     }
 
     /// Writes a file of the page into the folder of this scene, where commands read it.
@@ -379,17 +362,14 @@ impl Subject {
             cy: camera.cy - y,
             ..camera
         };
-        if let Some(open) = self.opened.volume() {
-            let found = open.probe(&pixel)?;
-            return Ok(found.map_or(Value::Null, |found| {
-                json!({ "world": found.world.to_array(), "voxel": found.voxel, "value": found.value })
-            }));
-        }
-        let world = match self.opened.mesh() {
-            Some(open) => open.probe(&pixel)?,
-            None => picked_point::in_world(&pixel, &self.opened.draw(&pixel)?.image),
-        };
-        Ok(world.map_or(Value::Null, |world| json!({ "world": world.to_array() })))
+        Ok(match self.opened.probe(&pixel)? {
+            None => Value::Null,
+            Some(Probed { world, voxel: None }) => json!({ "world": world.to_array() }),
+            Some(Probed {
+                world,
+                voxel: Some((voxel, value)),
+            }) => json!({ "world": world.to_array(), "voxel": voxel, "value": value }),
+        })
     }
 
     fn background(&self) -> Background {

@@ -1,13 +1,12 @@
 //! Options of the value of a ray that a pixel shows; see `args.rs`.
 
 use clap::{Args, ValueEnum};
-use serde::{Deserialize, Serialize};
 use volsplat::Layer;
 
 use crate::values;
 
 /// The value of its ray that a pixel shows.
-#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[derive(Args, Clone, Debug, Default, PartialEq)]
 #[command(next_help_heading = "Blending (order field)")]
 pub struct BlendArgs {
     /// The value of its ray that a pixel shows [default: emission, or isosurface with --iso]
@@ -28,8 +27,7 @@ pub struct BlendArgs {
 }
 
 /// The value of its ray that a pixel shows.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum RayBlend {
     /// Emission and absorption, sample behind sample
     Emission,

@@ -3,13 +3,12 @@
 //! Takes words, gives plain values. That boxes are boxes and planes not too many is checked by the library.
 
 use clap::Args;
-use serde::{Deserialize, Serialize};
 use volsplat::ClipPlane;
 
 use crate::values;
 
 /// The part of the volume that is drawn.
-#[derive(Args, Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[derive(Args, Clone, Debug, Default, PartialEq)]
 #[command(next_help_heading = "Clipping")]
 pub struct ClipArgs {
     /// Draw only the inside of a box along the world's axes, from the first corner to the second

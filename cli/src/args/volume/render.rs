@@ -7,7 +7,6 @@ use clap::{Args, ValueEnum};
 use glam::DVec3;
 use resample_core::OpacityMode;
 use resample_core::simd::SimdLevel;
-use serde::{Deserialize, Serialize};
 use volsplat::{FieldOptions, KernelSheets, RenderOptions, SampleOptions, Shading, Subpixels};
 
 use crate::args::short_help;
@@ -15,7 +14,7 @@ use crate::args::{BlendArgs, ClipArgs};
 use crate::values;
 
 /// How the volume is drawn.
-#[derive(Args, Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Args, Clone, Debug, PartialEq)]
 #[command(next_help_heading = "Rendering")]
 pub struct RenderArgs {
     /// Order of compositing [default: field; an option that only one order has selects that order, and a single slice is
@@ -69,8 +68,7 @@ pub struct RenderArgs {
 }
 
 /// `--order`.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum OrderName {
     /// The trilinear field on planes parallel to the picture, classified per sub-pixel: sharp and antialiased
     Field,
@@ -83,8 +81,7 @@ pub enum OrderName {
 }
 
 /// `--cells`.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize, ValueEnum)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum CellsName {
     /// Split in every-sample, off in the other orders
     Auto,

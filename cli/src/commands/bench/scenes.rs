@@ -7,7 +7,7 @@
 use anyhow::Result;
 use resample_core::{Camera, FootprintMode, KernelShape, SelectMode};
 use tempfile::TempDir;
-use volsplat::{SampleOptions, Subpixels};
+use volsplat::Subpixels;
 use warp3d::args::MethodName;
 use warp3d::{Fill, MixedPixels};
 
@@ -17,7 +17,7 @@ use crate::args::{
 };
 use crate::commands::built_in;
 use crate::measure;
-use crate::open::setting::Setting;
+use crate::open::setting::{Choices, DepthChoice, MeshChoice, VolumeChoice};
 use crate::process::machine;
 use crate::process::report::Verbosity;
 use crate::values::Orbit;
@@ -50,7 +50,7 @@ impl Scene {
 
     fn table(
         &self,
-        settings: &[Setting],
+        settings: &[Choices],
         reps: u16,
         compared: Compared,
         verbosity: Verbosity,
@@ -84,23 +84,23 @@ fn camera(
 
 /// Footprint modes and kernels.
 pub(super) fn footprint(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
-    let of = |name, set: fn(&mut SampleOptions)| {
-        Setting::volume(&["order", "select", name], |args| {
-            args.order = Some(OrderName::EverySample);
-            args.samples.select = SelectMode::Splats;
-            set(&mut args.samples);
-        })
+    let of = |choice| {
+        Choices::of([
+            VolumeChoice::Order(OrderName::EverySample),
+            choice,
+            VolumeChoice::Select(SelectMode::Splats),
+        ])
     };
-    let exact = of("footprint", |args| args.footprint = FootprintMode::Exact);
+    let footprint = |mode| of(VolumeChoice::Footprint(mode));
+    let kernel = |shape| of(VolumeChoice::Kernel(shape));
+    let exact = footprint(FootprintMode::Exact);
     let settings = [
-        of("footprint", |args| {
-            args.footprint = FootprintMode::AffineApprox
-        }),
-        of("footprint", |args| args.footprint = FootprintMode::Affine),
-        of("footprint", |args| args.footprint = FootprintMode::Table),
+        footprint(FootprintMode::AffineApprox),
+        footprint(FootprintMode::Affine),
+        footprint(FootprintMode::Table),
         exact.clone(),
-        of("kernel", |args| args.kernel = KernelShape::Gaussian),
-        of("kernel", |args| args.kernel = KernelShape::BSpline),
+        kernel(KernelShape::Gaussian),
+        kernel(KernelShape::BSpline),
     ];
     let mut text = heading(
         args,
@@ -132,16 +132,14 @@ pub(super) fn footprint(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<S
 
 /// Orders of compositing.
 pub(super) fn orders(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
-    let order = |order| Setting::volume(&["order"], |args| args.order = Some(order));
+    let order = |order| Choices::of([VolumeChoice::Order(order)]);
     let field = |slab, subpixels| {
-        Setting::volume(&["slab", "subpixels"], |args| {
-            args.field.slab_voxels = slab;
-            args.subpixels = Subpixels::Fixed(subpixels);
-        })
+        Choices::of([
+            VolumeChoice::Slab(slab),
+            VolumeChoice::Subpixels(Subpixels::Fixed(subpixels)),
+        ])
     };
-    let exact = field(0.125, 8).with(&Setting::volume(&["min-transmittance"], |args| {
-        args.min_transmittance = 1e-5;
-    }))?;
+    let exact = field(0.125, 8).with(&Choices::of([VolumeChoice::MinTransmittance(1e-5)]));
     let settings = [
         order(OrderName::Field),
         field(1.0, 1),
@@ -175,12 +173,12 @@ pub(super) fn orders(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Stri
 
 /// Texture filters.
 pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
-    let method = |method| Setting::mesh(&["method"], |options| options.method = method);
+    let method = |method| Choices::of([MeshChoice::Method(method)]);
     let hybrid = |subpixels| {
-        Setting::mesh(&["method", "subpixels"], |options| {
-            options.method = texmap::Method::Hybrid;
-            options.subpixels = subpixels;
-        })
+        Choices::of([
+            MeshChoice::Method(texmap::Method::Hybrid),
+            MeshChoice::Subpixels(subpixels),
+        ])
     };
     let settings = [
         method(texmap::Method::Point),
@@ -219,15 +217,15 @@ pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Str
 
 /// Methods of warping.
 pub(super) fn warp(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String> {
-    let method = |method| Setting::depth(&["method"], |args| args.method = method);
+    let method = |method| Choices::of([DepthChoice::Method(method)]);
     let settings = [
         method(MethodName::Nearest),
         method(MethodName::Points),
         method(MethodName::Splats),
         method(MethodName::Hybrid),
-        Setting::depth(&["subpixels"], |args| args.subpixels = Some(8)),
-        Setting::depth(&["mixed"], |args| args.mixed = Some(MixedPixels::Keep)),
-        Setting::depth(&["fill"], |args| args.fill = Fill::Background),
+        Choices::of([DepthChoice::Subpixels(8)]),
+        Choices::of([DepthChoice::Mixed(MixedPixels::Keep)]),
+        Choices::of([DepthChoice::Fill(Fill::Background)]),
     ];
     let folder = tempfile::tempdir()?;
     let depth = built_in::depth_image(folder.path())?;

@@ -11,7 +11,7 @@ use crate::args::Drawing;
 use crate::measure;
 use crate::measure::Reference;
 use crate::open::Opened;
-use crate::open::setting::Setting;
+use crate::open::setting::Choices;
 use crate::plan::{Purpose, sequence};
 use crate::process::interrupt;
 use crate::process::report::Verbosity;
@@ -19,7 +19,7 @@ use crate::process::report::Verbosity;
 /// A scene and the settings that it is measured under.
 pub(super) struct Bench {
     pub(super) drawing: Drawing,
-    pub(super) settings: Vec<Setting>,
+    pub(super) settings: Vec<Choices>,
     /// Frames of each setting.
     pub(super) reps: u16,
 }
@@ -41,7 +41,7 @@ pub(super) struct Measured {
 /// The settings are compared with this.
 pub(super) enum Against {
     /// The picture of a setting.
-    Setting(Setting),
+    Setting(Choices),
     /// A picture that is known.
     Picture(Image),
 }
@@ -101,7 +101,7 @@ impl Bench {
             let beside = measure::time_beside(&mut own, &mut base, base_time, &camera, self.reps)?;
             let moving = measure::pictures(&mut own, &views)?;
             rows.push(Measured {
-                setting: setting.words()?.join(" "),
+                setting: setting.words().join(" "),
                 comparison: reference.comparison(&drawn.image)?,
                 flicker: reference.flicker(&moving),
                 jump: match motion {
@@ -118,9 +118,9 @@ impl Bench {
         Ok(rows)
     }
 
-    fn opened(&self, setting: &Setting) -> Result<Opened> {
+    fn opened(&self, choices: &Choices) -> Result<Opened> {
         let mut drawing = self.drawing.clone();
-        drawing.set(drawing.setting().with(setting)?)?;
+        drawing.set(drawing.setting().with(choices)?)?;
         Opened::read(drawing, Purpose::Compare, Verbosity::Quiet)
     }
 }

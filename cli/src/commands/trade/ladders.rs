@@ -11,14 +11,14 @@ use volsplat::{Classify, Interpolate, Subpixels};
 use warp3d::args::MethodName;
 use warp3d::{MixedPixels, Visibility};
 
-use crate::args::{CellsName, Drawing, OrderName, RenderArgs};
-use crate::open::setting::Setting;
+use crate::args::{CellsName, Drawing, OrderName};
+use crate::open::setting::{Choice, Choices, DepthChoice, MeshChoice, VolumeChoice};
 
 /// A choice and its rungs.
 struct Ladder {
     /// The word of `--settings`.
     name: &'static str,
-    rungs: Vec<Setting>,
+    rungs: Vec<Choices>,
 }
 
 /// A setting to measure.
@@ -28,144 +28,108 @@ pub(super) struct Named {
     pub(super) name: String,
     /// Its ladder; "default", "exact" and "combined" stand for none.
     pub(super) group: &'static str,
-    pub(super) setting: Setting,
+    pub(super) choices: Choices,
 }
 
-fn ladder(name: &'static str, rungs: impl IntoIterator<Item = Setting>) -> Ladder {
+/// A ladder whose rungs set one option.
+fn ladder<T: Into<Choice>, V>(
+    name: &'static str,
+    values: impl IntoIterator<Item = V>,
+    choice: fn(V) -> T,
+) -> Ladder {
+    let rungs = values.into_iter().map(|value| Choices::of([choice(value)]));
     Ladder {
         name,
-        rungs: rungs.into_iter().collect(),
+        rungs: rungs.collect(),
     }
 }
 
-/// Rungs that set an option of a volume, in an order if one is given.
-fn volume<V: Copy>(
-    order: Option<OrderName>,
-    name: &str,
-    values: &[V],
-    set: fn(&mut RenderArgs, V),
-) -> Vec<Setting> {
-    let mut names = vec![name];
-    names.extend(order.map(|_| "order"));
-    let rung = |&value: &V| {
-        Setting::volume(&names, |args| {
-            args.order = order;
-            set(args, value);
-        })
-    };
-    values.iter().map(rung).collect()
+/// A ladder whose rungs set one option of an order of compositing.
+fn in_order<V>(
+    order: OrderName,
+    name: &'static str,
+    values: impl IntoIterator<Item = V>,
+    choice: fn(V) -> VolumeChoice,
+) -> Ladder {
+    let rung = |value| Choices::of([VolumeChoice::Order(order), choice(value)]);
+    Ladder {
+        name,
+        rungs: values.into_iter().map(rung).collect(),
+    }
 }
 
+/// Every value of an option, in the order of the help.
+fn all<V: ValueEnum + 'static>() -> impl Iterator<Item = V> {
+    V::value_variants().iter().cloned()
+}
+
+const SUBPIXELS: [u32; 4] = [1, 2, 4, 8];
+
 fn field_ladders() -> Vec<Ladder> {
-    let subpixels = [1, 2, 4, 8].map(Subpixels::Fixed);
+    let subpixels = SUBPIXELS.map(Subpixels::Fixed);
+    let slabs = [2.0, 1.0, 0.5, 0.25];
+    let least = [1.0 / 32.0, 1.0 / 512.0, 0.0];
     vec![
-        ladder(
-            "order",
-            volume(None, "order", OrderName::value_variants(), |args, v| {
-                args.order = Some(v);
-            }),
-        ),
-        ladder(
-            "slab",
-            volume(None, "slab", &[2.0, 1.0, 0.5, 0.25], |args, v| {
-                args.field.slab_voxels = v;
-            }),
-        ),
-        ladder(
-            "subpixels",
-            volume(None, "subpixels", &subpixels, |args, v| args.subpixels = v),
-        ),
-        ladder(
-            "termination",
-            volume(
-                None,
-                "min-transmittance",
-                &[1.0 / 32.0, 1.0 / 512.0, 0.0],
-                |args, v| args.min_transmittance = v,
-            ),
-        ),
+        ladder("order", all::<OrderName>(), VolumeChoice::Order),
+        ladder("slab", slabs, VolumeChoice::Slab),
+        ladder("subpixels", subpixels, VolumeChoice::Subpixels),
+        ladder("termination", least, VolumeChoice::MinTransmittance),
     ]
 }
 
 fn image_sheets_ladders() -> Vec<Ladder> {
-    let sheets = Some(OrderName::ImageSheets);
-    let interpolated = Interpolate::value_variants().iter().map(|&on| {
-        Setting::volume(&["order", "kernel", "interpolate"], |args| {
-            args.order = sheets;
-            args.samples.kernel = KernelShape::BSpline;
-            args.sheets.interpolate = on;
-        })
-    });
+    let sheets = OrderName::ImageSheets;
+    let interpolated = |on| {
+        Choices::of([
+            VolumeChoice::Order(sheets),
+            VolumeChoice::Kernel(KernelShape::BSpline),
+            VolumeChoice::Interpolate(on),
+        ])
+    };
     vec![
-        ladder(
+        in_order(
+            sheets,
             "sheet-kernel",
-            volume(
-                sheets,
-                "kernel",
-                KernelShape::value_variants(),
-                |args, v| {
-                    args.samples.kernel = v;
-                },
-            ),
+            all::<KernelShape>(),
+            VolumeChoice::Kernel,
         ),
-        ladder("interpolate", interpolated),
-        ladder(
+        Ladder {
+            name: "interpolate",
+            rungs: all::<Interpolate>().map(interpolated).collect(),
+        },
+        in_order(
+            sheets,
             "classify",
-            volume(sheets, "classify", Classify::value_variants(), |args, v| {
-                args.sheets.classify = v;
-            }),
+            all::<Classify>(),
+            VolumeChoice::Classify,
         ),
     ]
 }
 
 fn samples_ladders() -> Vec<Ladder> {
-    let every = Some(OrderName::EverySample);
+    let every = OrderName::EverySample;
     let cells = [CellsName::Off, CellsName::Mean, CellsName::Split];
-    let subpixels = [1, 2, 4, 8].map(Subpixels::Fixed);
+    let errors = [0.25, 0.0625, 0.015625];
+    let subpixels = SUBPIXELS.map(Subpixels::Fixed);
+    let radii_px = [2.0, 1.0, 0.5];
     vec![
-        ladder(
+        in_order(
+            every,
             "footprint",
-            volume(
-                every,
-                "footprint",
-                FootprintMode::value_variants(),
-                |args, v| {
-                    args.samples.footprint = v;
-                },
-            ),
+            all::<FootprintMode>(),
+            VolumeChoice::Footprint,
         ),
-        ladder(
-            "kernel",
-            volume(every, "kernel", KernelShape::value_variants(), |args, v| {
-                args.samples.kernel = v;
-            }),
-        ),
-        ladder(
-            "cells",
-            volume(every, "cells", &cells, |args, v| args.cells = v),
-        ),
-        ladder(
-            "cell-error",
-            volume(every, "cell-error", &[0.25, 0.0625, 0.015625], |args, v| {
-                args.cell_error = v;
-            }),
-        ),
-        ladder(
+        in_order(every, "kernel", all::<KernelShape>(), VolumeChoice::Kernel),
+        in_order(every, "cells", cells, VolumeChoice::Cells),
+        in_order(every, "cell-error", errors, VolumeChoice::CellError),
+        in_order(
+            every,
             "sample-subpixels",
-            volume(every, "subpixels", &subpixels, |args, v| args.subpixels = v),
+            subpixels,
+            VolumeChoice::Subpixels,
         ),
-        ladder(
-            "select",
-            volume(every, "select", SelectMode::value_variants(), |args, v| {
-                args.samples.select = v;
-            }),
-        ),
-        ladder(
-            "threshold",
-            volume(every, "point-threshold", &[2.0, 1.0, 0.5], |args, v| {
-                args.samples.point_threshold_px = v;
-            }),
-        ),
+        in_order(every, "select", all::<SelectMode>(), VolumeChoice::Select),
+        in_order(every, "threshold", radii_px, VolumeChoice::PointThreshold),
     ]
 }
 
@@ -186,90 +150,72 @@ fn mesh_ladders() -> Vec<Ladder> {
         texmap::Method::Hybrid,
     ];
     vec![
-        ladder(
-            "method",
-            methods.map(|method| Setting::mesh(&["method"], |options| options.method = method)),
-        ),
-        ladder(
-            "subpixels",
-            [1, 2, 4, 8].map(|n| Setting::mesh(&["subpixels"], |options| options.subpixels = n)),
-        ),
+        ladder("method", methods, MeshChoice::Method),
+        ladder("subpixels", SUBPIXELS, MeshChoice::Subpixels),
     ]
 }
 
 fn depth_ladders() -> Vec<Ladder> {
     let visibility = [Visibility::ZBuffer, Visibility::OcclusionOrder].map(|visibility| {
-        Setting::depth(&["method", "visibility"], |args| {
-            args.method = MethodName::Nearest;
-            args.visibility = Some(visibility);
-        })
+        Choices::of([
+            DepthChoice::Method(MethodName::Nearest),
+            DepthChoice::Visibility(visibility),
+        ])
     });
+    let mixed = [MixedPixels::Keep, MixedPixels::Unmix];
     vec![
-        ladder(
-            "method",
-            MethodName::value_variants()
-                .iter()
-                .map(|&method| Setting::depth(&["method"], |args| args.method = method)),
-        ),
-        ladder("visibility", visibility),
-        ladder(
-            "subpixels",
-            [1, 2, 4, 8].map(|n| Setting::depth(&["subpixels"], |args| args.subpixels = Some(n))),
-        ),
-        ladder(
-            "mixed",
-            [MixedPixels::Keep, MixedPixels::Unmix]
-                .map(|mixed| Setting::depth(&["mixed"], |args| args.mixed = Some(mixed))),
-        ),
+        ladder("method", all::<MethodName>(), DepthChoice::Method),
+        Ladder {
+            name: "visibility",
+            rungs: visibility.to_vec(),
+        },
+        ladder("subpixels", SUBPIXELS, DepthChoice::Subpixels),
+        ladder("mixed", mixed, DepthChoice::Mixed),
     ]
 }
 
 /// The slowest, most exact setting of an application.
-pub(super) fn exact(drawing: &Drawing) -> Setting {
+pub(super) fn exact(drawing: &Drawing) -> Choices {
     match drawing {
-        Drawing::Texmap(_) => Setting::mesh(&["method", "subpixels"], |options| {
-            options.method = texmap::Method::Hybrid;
-            options.subpixels = 8;
-        }),
-        Drawing::Volsplat(_) => {
-            let names = ["order", "slab", "subpixels", "min-transmittance"];
-            Setting::volume(&names, |args| {
-                args.order = Some(OrderName::Field);
-                args.field.slab_voxels = 0.125;
-                args.subpixels = Subpixels::Fixed(8);
-                // A four-hundredth of a step of an 8-bit picture; 0 would take many times as long.
-                args.min_transmittance = 1e-5;
-            })
-        }
-        Drawing::Warp3d(_) => Setting::depth(&["method", "subpixels"], |args| {
-            args.method = MethodName::Hybrid;
-            args.subpixels = Some(8);
-        }),
+        Drawing::Texmap(_) => Choices::of([
+            MeshChoice::Method(texmap::Method::Hybrid),
+            MeshChoice::Subpixels(8),
+        ]),
+        Drawing::Volsplat(_) => Choices::of([
+            VolumeChoice::Order(OrderName::Field),
+            VolumeChoice::Slab(0.125),
+            VolumeChoice::Subpixels(Subpixels::Fixed(8)),
+            VolumeChoice::MinTransmittance(1e-5),
+        ]),
+        Drawing::Warp3d(_) => Choices::of([
+            DepthChoice::Method(MethodName::Hybrid),
+            DepthChoice::Subpixels(8),
+        ]),
     }
 }
 
 /// The most exact setting, the default, one ladder at a time, and the combinations of the `named` ladders.
 pub(super) fn settings(drawing: &Drawing, named: &[String]) -> Result<Vec<Named>> {
-    let (ladders, default) = match drawing {
-        Drawing::Texmap(_) => (mesh_ladders(), Setting::mesh(&[], |_| ())),
-        Drawing::Volsplat(_) => (volume_ladders(), Setting::volume(&[], |_| ())),
-        Drawing::Warp3d(_) => (depth_ladders(), Setting::depth(&[], |_| ())),
+    let ladders = match drawing {
+        Drawing::Texmap(_) => mesh_ladders(),
+        Drawing::Volsplat(_) => volume_ladders(),
+        Drawing::Warp3d(_) => depth_ladders(),
     };
-    let of = |name: &str, group, setting| Named {
+    let of = |name: &str, group, choices| Named {
         name: name.to_owned(),
         group,
-        setting,
+        choices,
     };
     let mut settings = vec![
         of("exact", "exact", exact(drawing)),
-        of("default", "default", default.clone()),
+        of("default", "default", Choices::default()),
     ];
     for ladder in &ladders {
         for rung in &ladder.rungs {
-            settings.push(of(&rung.name()?, ladder.name, rung.clone()));
+            settings.push(of(&rung.name(), ladder.name, rung.clone()));
         }
     }
-    let mut combined = vec![default];
+    let mut combined = vec![Choices::default()];
     for name in named {
         let Some(ladder) = ladders.iter().find(|ladder| ladder.name == name) else {
             let names: Vec<&str> = ladders.iter().map(|ladder| ladder.name).collect();
@@ -279,19 +225,19 @@ pub(super) fn settings(drawing: &Drawing, named: &[String]) -> Result<Vec<Named>
             );
         };
         let mut longer = Vec::with_capacity(combined.len() * ladder.rungs.len());
-        for setting in &combined {
+        for choices in &combined {
             for rung in &ladder.rungs {
-                longer.push(setting.with(rung)?);
+                longer.push(choices.with(rung));
             }
         }
         combined = longer;
     }
     if named.len() > 1 {
-        for setting in combined {
-            settings.push(of(&setting.name()?, "combined", setting));
+        for choices in combined {
+            settings.push(of(&choices.name(), "combined", choices));
         }
     }
-    settings.dedup_by(|a, b| a.setting == b.setting);
+    settings.dedup_by(|a, b| a.choices == b.choices);
     Ok(settings)
 }
 

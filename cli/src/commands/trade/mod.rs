@@ -25,6 +25,7 @@ use self::rows::Scene;
 use crate::args::words::typed::Typed;
 use crate::args::{Drawing, TradeArgs, TradeOptions};
 use crate::commands::built_in;
+use crate::open::setting::Choices;
 use crate::output;
 use crate::plan::sequence;
 use crate::process::interrupt::Interrupted;
@@ -55,13 +56,12 @@ pub(crate) fn run(args: TradeArgs, typed: &Typed, verbosity: Verbosity) -> Resul
             (written.input, written.volume, written.transfer.transfer);
     }
     drawing.write_to(&options.out.join("picture.exr"));
-    let default = drawing.setting().without(&drawing.setting());
     let scene = Scene {
         drawing,
         start,
         typed,
     };
-    let command = scene.command(&default)?;
+    let command = scene.command(&Choices::default());
     let done = if resumes {
         Report::earlier(&options.out, &command)?
     } else {
@@ -143,7 +143,7 @@ impl Measuring<'_> {
                 }
                 .into());
             }
-            let command = scene.command(&setting.setting)?;
+            let command = scene.command(&setting.choices);
             let kept = done
                 .iter()
                 .find(|row| row.command == command && row.name == setting.name);

@@ -14,7 +14,7 @@ use crate::args::{Drawing, TradeOptions};
 use crate::measure::figures::FLICKER;
 use crate::measure::{Reference, Rendered, Time, figures};
 use crate::open::Opened;
-use crate::open::setting::Setting;
+use crate::open::setting::Choices;
 use crate::output::{Depth, Format};
 use crate::picture::input_picture;
 use crate::plan::Purpose;
@@ -41,30 +41,30 @@ pub(super) struct Beside {
     time: Time,
     reference: Reference,
     /// The most exact setting and its picture, drawn for the reference already: it is also a row.
-    exact: Option<(Setting, Rendered)>,
+    exact: Option<(Choices, Rendered)>,
     /// Cameras of the flicker; empty where it is not measured.
     steps: Vec<Camera>,
 }
 
 impl Scene<'_> {
     /// The command under a setting, as a person would type it.
-    pub(super) fn command(&self, setting: &Setting) -> Result<String> {
-        Ok(typed::line(&self.words_with(setting)?))
+    pub(super) fn command(&self, choices: &Choices) -> String {
+        typed::line(&self.words_with(choices))
     }
 
-    fn words_with(&self, setting: &Setting) -> Result<Vec<String>> {
-        let given = setting.pairs()?;
+    fn words_with(&self, choices: &Choices) -> Vec<String> {
         let mut words = self.start.clone();
-        words.extend(self.typed.words(|name| {
-            OWN_OPTIONS.contains(&name) || given.iter().any(|(given, _)| given == name)
-        }));
-        words.extend(setting.words()?);
-        Ok(words)
+        let typed = self
+            .typed
+            .words(|name| OWN_OPTIONS.contains(&name) || choices.has(name));
+        words.extend(typed);
+        words.extend(choices.words());
+        words
     }
 
-    fn opened(&self, setting: &Setting) -> Result<Opened> {
+    fn opened(&self, choices: &Choices) -> Result<Opened> {
         let mut drawing = self.drawing.clone();
-        drawing.set(drawing.setting().with(setting)?)?;
+        drawing.set(drawing.setting().with(choices)?)?;
         Opened::read(drawing, Purpose::Compare, Verbosity::Quiet)
     }
 }
@@ -75,8 +75,8 @@ impl Beside {
         let mut default = Opened::read(drawing, Purpose::Compare, Verbosity::Quiet)?;
         let cameras = default.cameras().first().copied();
         let camera = cameras.context("there is no camera to draw from")?;
-        let exact_setting = ladders::exact(&scene.drawing);
-        let mut exact = scene.opened(&exact_setting)?;
+        let exact_choices = ladders::exact(&scene.drawing);
+        let mut exact = scene.opened(&exact_choices)?;
         let (image, rendered) = match &options.truth {
             Some(path) => (input_picture::read(path)?, None),
             None => {
@@ -92,7 +92,7 @@ impl Beside {
         Ok(Self {
             reference: Reference::new(image, measure::pictures(&mut exact, &steps)?),
             time: measure::time_alone(&mut default, &camera, options.reps)?,
-            exact: rendered.map(|rendered| (exact_setting, rendered)),
+            exact: rendered.map(|rendered| (exact_choices, rendered)),
             default,
             camera,
             steps,
@@ -100,8 +100,8 @@ impl Beside {
     }
 
     /// The picture of a setting: of the most exact one that of the reference.
-    fn first(&mut self, setting: &Setting, own: &mut Opened) -> Result<Rendered> {
-        match self.exact.take_if(|(exact, _)| exact == setting) {
+    fn first(&mut self, choices: &Choices, own: &mut Opened) -> Result<Rendered> {
+        match self.exact.take_if(|(exact, _)| exact == choices) {
             Some((_, rendered)) => Ok(rendered),
             None => measure::rendered(own, &self.camera),
         }
@@ -114,9 +114,9 @@ impl Beside {
         setting: &Named,
         options: &TradeOptions,
     ) -> Result<Row> {
-        let alone = probe::measured(&scene.words_with(&setting.setting)?, &options.out)?;
-        let mut own = scene.opened(&setting.setting)?;
-        let first = self.first(&setting.setting, &mut own)?;
+        let alone = probe::measured(&scene.words_with(&setting.choices), &options.out)?;
+        let mut own = scene.opened(&setting.choices)?;
+        let first = self.first(&setting.choices, &mut own)?;
         let reps = measure::worthwhile_reps(options.reps, first.time.cpu_ms);
         let beside =
             measure::time_beside(&mut own, &mut self.default, self.time, &self.camera, reps)?;

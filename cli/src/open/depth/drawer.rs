@@ -11,7 +11,7 @@ use crate::open::depth::frames::Frames;
 use crate::open::depth::scene;
 use crate::picture::Drawn;
 use crate::process::notes::Notes;
-use crate::process::report::Account;
+use crate::process::report::{Account, Cost};
 
 /// Draws the views of a sheet.
 pub(crate) struct Drawer {
@@ -100,6 +100,10 @@ impl Drawer {
     }
 }
 
+/// Work at the pixel of an edge, and for a sample of the depth image, in other pixels. From the times of the stages.
+const EDGE_PIXEL: f64 = 20.0;
+const SAMPLE: f64 = 0.13;
+
 /// The account of a warp's frames: that of one view, or a list of them.
 fn account(stats: &[FrameStats]) -> Result<Account> {
     let keys = match stats {
@@ -114,5 +118,11 @@ fn account(stats: &[FrameStats]) -> Result<Account> {
         sum(|stats| stats.seen as f64),
         sum(|stats| stats.filled as f64)
     );
-    Ok(Account { keys, line })
+    let cost = Cost {
+        wall_ms: sum(|stats| stats.wall_ms),
+        cpu_ms: sum(|stats| stats.cpu_ms),
+        growing: sum(|stats| stats.seen as f64 + EDGE_PIXEL * stats.edge_pixels as f64),
+        fixed: sum(|stats| SAMPLE * stats.samples as f64),
+    };
+    Ok(Account { keys, line, cost })
 }

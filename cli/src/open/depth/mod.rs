@@ -16,16 +16,19 @@ use resample_io::{Gate, Outside};
 use serde_json::{Value, json};
 use warp3d::input::DepthKind;
 use warp3d::memory::ReferenceSize;
-use warp3d::{Fill, WarpArgs, WarpOptions, Warper};
+use warp3d::{Fill, WarpOptions, Warper};
 
-use crate::args::{CameraArgs, Given, SequenceArgs, Warp3dArgs};
+use crate::args::{CameraArgs, Drawing, SequenceArgs, Warp3dArgs};
 use crate::cameras::camera_path::KeyKind;
 use crate::cameras::multiview::Layout;
 use crate::open::depth::frames::Frames;
+use crate::open::open_scene::{OpenScene, Parts};
+use crate::open::setting::Setting;
 use crate::output;
 use crate::picture::Drawn;
 use crate::picture::background::Background;
-use crate::plan::{Pictures, Plan, Purpose, Request, Run, RunLog};
+use crate::picture::bands::Window;
+use crate::plan::{Change, Pictures, Plan, Purpose, Request, Run, RunLog};
 use crate::process::notes::Notes;
 use crate::process::report;
 use crate::process::report::{RunStats, Verbosity};
@@ -46,7 +49,7 @@ struct Shared {
 }
 
 /// References that are read, ready to be warped.
-pub(crate) struct Open {
+pub(crate) struct OpenDepth {
     args: Warp3dArgs,
     ready: Ready,
 }
@@ -60,49 +63,63 @@ struct Ready {
     load_ms: f64,
 }
 
-impl Open {
+impl OpenDepth {
     /// Checks the arguments, reads the references, places the cameras and prepares the warp.
     pub(crate) fn read(args: Warp3dArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
         let ready = Ready::new(&args, purpose, verbosity)?;
         Ok(Self { args, ready })
     }
+}
 
-    /// One camera per picture.
-    pub(crate) fn cameras(&self) -> &[Camera] {
+impl OpenScene for OpenDepth {
+    fn cameras(&self) -> &[Camera] {
         &self.ready.cameras
     }
 
-    /// Returns true if a part of a picture can be drawn without the rest.
-    pub(crate) fn has_parts(&self) -> bool {
-        // What fills a hole may come from anywhere on its rim.
-        self.ready.drawer.layout == Layout::Single && self.args.render.options.fill == Fill::None
-    }
-
-    /// Draws the picture of one camera, without a warning.
-    pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
-        self.ready.drawer.draw_silently(camera)
-    }
-
-    /// Takes the pictures with depth of picture `number`.
-    pub(crate) fn turn_to(&mut self, number: usize) -> Result<()> {
-        self.ready.drawer.turn_to(number)
-    }
-
-    /// The background of every picture.
-    pub(crate) fn background(&self) -> &Background {
+    fn background(&self) -> &Background {
         &self.ready.plan.finish.background
     }
 
-    /// Draws with these options from now on.
-    pub(crate) fn set(&mut self, render: &Given<WarpArgs>) -> Result<()> {
+    fn parts(&self) -> Parts {
+        let is_filled = self.args.render.options.fill != Fill::None;
+        // What fills a hole may come from anywhere on its rim.
+        if self.ready.drawer.layout != Layout::Single || is_filled {
+            return Parts::Whole;
+        }
+        Parts::Windows {
+            side_px: 32,
+            guard_px: 1,
+        }
+    }
+
+    fn set(&mut self, setting: &Setting) -> Result<()> {
+        let Setting::Depth(render) = setting else {
+            bail!("a setting of another application");
+        };
         references::update(&mut self.ready.drawer.warper, &render.options.options()?)?;
         self.args.render = render.clone();
         Ok(())
     }
 
-    /// Draws and writes all pictures, and reports.
-    pub(crate) fn finish(self, planned: Option<Value>, log: RunLog) -> Result<()> {
-        let Self { args, ready } = self;
+    fn change(&mut self, _drawing: &Drawing, _change: Change) -> Result<bool> {
+        // New cameras may need another arrangement of the references.
+        Ok(false)
+    }
+
+    fn turn_to(&mut self, number: usize) -> Result<()> {
+        self.ready.drawer.turn_to(number)
+    }
+
+    fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
+        self.ready.drawer.draw_silently(camera)
+    }
+
+    fn draw_window(&mut self, camera: &Camera, _window: &Window) -> Result<Drawn> {
+        self.draw(camera)
+    }
+
+    fn finish(self: Box<Self>, planned: Option<Value>, log: RunLog) -> Result<()> {
+        let Self { args, ready } = *self;
         let Ready {
             plan,
             cameras,

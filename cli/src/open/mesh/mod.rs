@@ -8,7 +8,7 @@ pub(crate) mod settings;
 
 use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use glam::{DVec3, Vec3};
 use resample_core::{Camera, Reuse};
 use resample_io::Gate;
@@ -16,20 +16,22 @@ use serde_json::{Value, json};
 use texmap::scene::Mesh;
 use texmap::{FrameStats, Loaded, PlaneKind, RenderOptions, Renderer, Scene, Textures};
 
-use crate::args::{Given, TexmapArgs};
+use crate::args::{Drawing, Given, TexmapArgs};
 use crate::cameras::camera_path::KeyKind;
 use crate::cameras::framing::fit::seen_points;
 use crate::cameras::framing::{Extent, Stance};
 use crate::cameras::picked_point;
+use crate::open::open_scene::{OpenScene, Parts, Probed};
+use crate::open::setting::Setting;
 use crate::picture::Drawn;
 use crate::picture::background::Background;
 use crate::picture::bands::Window;
 use crate::plan::{Change, Plan, Request, Run, RunLog};
 use crate::process::report;
-use crate::process::report::{Account, RunStats, Verbosity};
+use crate::process::report::{Account, Cost, RunStats, Verbosity};
 
 /// A mesh that is read, ready to be drawn.
-pub(crate) struct Open {
+pub(crate) struct OpenMesh {
     args: TexmapArgs,
     plan: Plan,
     scene: Scene,
@@ -42,7 +44,7 @@ pub(crate) struct Open {
     posed: Option<usize>,
 }
 
-impl Open {
+impl OpenMesh {
     /// Checks the arguments, reads the mesh, and prepares it.
     pub(crate) fn read(args: TexmapArgs, verbosity: Verbosity) -> Result<Self> {
         let start = Instant::now();
@@ -73,59 +75,8 @@ impl Open {
         })
     }
 
-    /// One camera per picture.
-    pub(crate) fn cameras(&self) -> &[Camera] {
-        &self.cameras
-    }
-
-    /// Two corners of a box in the world around all triangles.
-    pub(crate) fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
-        self.renderer.bounds_in_world()
-    }
-
-    /// Takes new options; the files are not read again.
-    pub(crate) fn change(&mut self, args: TexmapArgs, change: Change) -> Result<()> {
-        let plan = Plan::new(&request(&args))?;
-        self.plan = plan;
-        if change == Change::View {
-            self.args = args;
-        } else {
-            self.restyle(args)?;
-            // The renderer may be a new one, in the pose of the file.
-            self.posed = None;
-        }
-        self.cameras = cameras(&self.args, &self.plan, &self.scene, &self.renderer)?;
-        Ok(())
-    }
-
-    /// Draws the picture of one camera.
-    pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
-        drawn(&mut self.renderer, camera, &Window::whole(camera))
-    }
-
-    /// Draws a window of a picture.
-    pub(crate) fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
-        drawn(&mut self.renderer, camera, window)
-    }
-
-    /// Takes the pose of picture `number`.
-    pub(crate) fn turn_to(&mut self, number: usize) -> Result<()> {
-        if self.args.model.play && self.posed != Some(number) {
-            let options =
-                settings::render_options(&self.args.render.options, self.plan.finish.format)?;
-            self.renderer = posed(&self.args, &options, number, self.plan.gate())?;
-            self.posed = Some(number);
-        }
-        Ok(())
-    }
-
-    /// The background of every picture.
-    pub(crate) fn background(&self) -> &Background {
-        &self.plan.finish.background
-    }
-
     /// Draws with these options from now on.
-    pub(crate) fn set(&mut self, render: &Given<RenderOptions>) -> Result<()> {
+    fn draw_with(&mut self, render: &Given<RenderOptions>) -> Result<()> {
         let options = settings::render_options(&render.options, self.plan.finish.format)?;
         self.args.render = render.clone();
         if self.renderer.update(&options)? == Reuse::NeedsRenderer {
@@ -135,12 +86,12 @@ impl Open {
     }
 
     /// Takes the textures and the render options of `args`; the file is read again only where its pictures were left out.
-    pub(crate) fn restyle(&mut self, args: TexmapArgs) -> Result<()> {
+    fn take(&mut self, args: TexmapArgs) -> Result<()> {
         let render = args.render.clone();
         let before = self.args.model.textures;
         self.args = args;
         if before == self.args.model.textures {
-            return self.set(&render);
+            return self.draw_with(&render);
         }
         if before == Textures::LeftOut {
             // What could not be read was left out with the rest; now it is missed.
@@ -150,9 +101,83 @@ impl Open {
         self.renderer = prepared(&self.scene, &self.args, &options)?;
         Ok(())
     }
+}
 
-    /// The point of the surface that a camera with one pixel sees, world units.
-    pub(crate) fn probe(&mut self, pixel: &Camera) -> Result<Option<DVec3>> {
+impl OpenScene for OpenMesh {
+    fn cameras(&self) -> &[Camera] {
+        &self.cameras
+    }
+
+    fn background(&self) -> &Background {
+        &self.plan.finish.background
+    }
+
+    fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
+        self.renderer.bounds_in_world()
+    }
+
+    fn parts(&self) -> Parts {
+        Parts::Windows {
+            side_px: 16,
+            guard_px: 0,
+        }
+    }
+
+    fn has_bands(&self) -> bool {
+        true
+    }
+
+    fn set(&mut self, setting: &Setting) -> Result<()> {
+        match setting {
+            Setting::Mesh(render) => self.draw_with(render),
+            Setting::Volume(_) | Setting::Depth(_) => bail!("a setting of another application"),
+        }
+    }
+
+    fn restyle(&mut self, drawing: &Drawing) -> Result<()> {
+        match drawing {
+            Drawing::Texmap(args) => self.take((**args).clone()),
+            _ => bail!("a command of another application"),
+        }
+    }
+
+    fn change(&mut self, drawing: &Drawing, change: Change) -> Result<bool> {
+        let Drawing::Texmap(args) = drawing else {
+            return Ok(false);
+        };
+        let args = (**args).clone();
+        let plan = Plan::new(&request(&args))?;
+        self.plan = plan;
+        if change == Change::View {
+            self.args = args;
+        } else {
+            self.take(args)?;
+            // The renderer may be a new one, in the pose of the file.
+            self.posed = None;
+        }
+        self.cameras = cameras(&self.args, &self.plan, &self.scene, &self.renderer)?;
+        Ok(true)
+    }
+
+    fn turn_to(&mut self, number: usize) -> Result<()> {
+        if self.args.model.play && self.posed != Some(number) {
+            let options =
+                settings::render_options(&self.args.render.options, self.plan.finish.format)?;
+            self.renderer = posed(&self.args, &options, number, self.plan.gate())?;
+            self.posed = Some(number);
+        }
+        Ok(())
+    }
+
+    fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
+        drawn(&mut self.renderer, camera, &Window::whole(camera))
+    }
+
+    fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
+        drawn(&mut self.renderer, camera, window)
+    }
+
+    fn probe(&mut self, pixel: &Camera) -> Result<Option<Probed>> {
         let options = settings::render_options(&self.args.render.options, self.plan.finish.format)?;
         let _kept = self.renderer.update(&RenderOptions {
             planes: vec![PlaneKind::Depth],
@@ -160,11 +185,11 @@ impl Open {
         })?;
         let frame = self.renderer.render(pixel);
         let _kept = self.renderer.update(&options)?;
-        Ok(picked_point::in_world(pixel, &frame?.image))
+        let world = picked_point::in_world(pixel, &frame?.image);
+        Ok(world.map(Probed::of_surface))
     }
 
-    /// Draws and writes all pictures, and reports.
-    pub(crate) fn finish(self, planned: Option<Value>, log: RunLog) -> Result<()> {
+    fn finish(self: Box<Self>, planned: Option<Value>, log: RunLog) -> Result<()> {
         let Self {
             args,
             plan,
@@ -175,7 +200,7 @@ impl Open {
             load_ms,
             prepare_ms,
             ..
-        } = self;
+        } = *self;
         let request = request(&args);
         let options = settings::render_options(&args.render.options, plan.finish.format)?;
         let stats = RunStats {
@@ -306,11 +331,24 @@ fn drawn(renderer: &mut Renderer, camera: &Camera, window: &Window) -> Result<Dr
     let account = Account {
         keys: serde_json::to_value(&frame.stats)?,
         line: stage_line(&frame.stats),
+        cost: cost(&frame.stats),
     };
     Ok(Drawn {
         image: frame.image,
         account,
     })
+}
+
+/// The time and work of a frame, in covered pixels.
+fn cost(stats: &FrameStats) -> Cost {
+    /// The work of looking at a triangle, from the times of the stages.
+    const TRIANGLE: f64 = 0.04;
+    Cost {
+        wall_ms: stats.wall_ms,
+        cpu_ms: stats.cpu_ms,
+        growing: stats.pixels_touched as f64,
+        fixed: TRIANGLE * stats.triangles as f64,
+    }
 }
 
 fn scene_record(scene: &Scene, notes: &[String], prepare_ms: f64) -> Value {

@@ -1,6 +1,6 @@
 //! `resample volsplat`: a volume file to one picture or several.
 //!
-//! The steps are those of [`Open`]: everything that can be refused without reading the volume is checked first, so
+//! The steps are those of [`OpenVolume`]: everything that can be refused without reading the volume is checked first, so
 //! that a misspelt name does not cost a minute, and nothing is written before all input has proved to be good.
 
 pub(crate) mod data;
@@ -18,28 +18,29 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use resample_core::{Camera, Stop};
-use serde_json::{Value, json};
-use volsplat::{Described, LabelLook, Layer, RenderOptions, Renderer, Reuse, TransferFunction};
+use serde_json::json;
+use volsplat::{
+    Described, FrameStats, LabelLook, Order, RenderOptions, Renderer, Reuse, TransferFunction,
+};
 
 use crate::args::{Given, RenderArgs, VolsplatArgs};
 use crate::cameras::camera_path::KeyKind;
+use crate::cameras::framing;
 use crate::cameras::framing::Extent;
-use crate::cameras::{framing, picked_point};
 use crate::look::suggested::Suggested;
 use crate::look::{blend, transfer};
 use crate::open::volume::data::{Content, Keeping};
 use crate::open::volume::key_motion::VolumeMotion;
-use crate::picture;
-use crate::picture::{Drawn, Shot};
-use crate::plan::{Plan, Purpose, Request, Run, RunLog};
+use crate::picture::Drawn;
+use crate::plan::{Plan, Purpose, Request};
 use crate::process::progress::{Progress, watch};
 use crate::process::report;
-use crate::process::report::{Account, RunStats, Verbosity};
+use crate::process::report::{Account, Cost, RunStats, Verbosity};
 
-mod kept;
+mod open_scene;
 
 /// A volume that is read, ready to be drawn.
-pub(crate) struct Open {
+pub(crate) struct OpenVolume {
     args: VolsplatArgs,
     plan: Plan,
     content: Content,
@@ -55,17 +56,7 @@ pub(crate) struct Open {
     classify_ms: f64,
 }
 
-/// The point under a pixel.
-pub(crate) struct Probed {
-    /// World position.
-    pub(crate) world: DVec3,
-    /// Index of the nearest voxel.
-    pub(crate) voxel: [usize; 3],
-    /// Its value.
-    pub(crate) value: f64,
-}
-
-impl Open {
+impl OpenVolume {
     /// Checks the arguments, reads the volume, and classifies it.
     pub(crate) fn read(args: VolsplatArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
         let plan = Plan::new(&request(&args))?;
@@ -74,19 +65,10 @@ impl Open {
         blend::layers(&args.render.options.blend, plan.finish.format)?;
         let mut open = loaded(args, options, (plan, purpose), verbosity.progress())?;
         open.cameras = cameras(&mut open)?;
+        if purpose != Purpose::Draw {
+            open.check_still()?;
+        }
         Ok(open)
-    }
-
-    /// One camera per picture.
-    pub(crate) fn cameras(&self) -> &[Camera] {
-        &self.cameras
-    }
-
-    /// The bounding box of the visible voxels, or of all voxels if no voxel is visible: its least and its greatest corner.
-    pub(crate) fn bounds_in_world(&self) -> [DVec3; 2] {
-        let visible = self.renderer.visible_bounds_in_world();
-        let bounds = visible.unwrap_or_else(|| framing::volume::grid_bounds(self.content.first()));
-        framing::volume::with_kernels(bounds, self.content.first())
     }
 
     /// The volume, or the first of several.
@@ -109,29 +91,8 @@ impl Open {
         &self.args
     }
 
-    /// The first visible point on the ray of a camera with one pixel, and the voxel nearest to it.
-    pub(crate) fn probe(&mut self, pixel: &Camera) -> Result<Option<Probed>> {
-        let world = match self.renderer.layers(pixel, &[Layer::FirstHit]) {
-            Ok(planes) => {
-                let depth = planes.first().and_then(|plane| plane.values.first());
-                let depth = depth.filter(|depth| depth.is_finite());
-                depth.map(|&depth| picked_point::world_at(pixel, f64::from(depth)))
-            }
-            // Labels, channels and other blends have no such plane.
-            Err(_) => self.content.first_voxel(pixel),
-        };
-        let Some(world) = world else {
-            return Ok(None);
-        };
-        Ok(self.content.nearest(world).map(|(voxel, value)| Probed {
-            world,
-            voxel,
-            value,
-        }))
-    }
-
     /// Takes the transfer function and the render options of `args`; the files are not read again.
-    pub(crate) fn restyle(&mut self, args: VolsplatArgs) -> Result<()> {
+    fn take(&mut self, args: VolsplatArgs) -> Result<()> {
         self.content.relook(&args)?;
         let options = settings::render_options(
             &args.render,
@@ -157,66 +118,20 @@ impl Open {
         self.content.suggested()
     }
 
-    /// Has frames end early once `stop` is asked for.
-    pub(crate) fn stop_with(&mut self, stop: Stop) {
-        self.stop = stop;
+    /// The bounding box of the visible voxels, or of all voxels if no voxel is visible: its least and its greatest corner.
+    fn visible_bounds_in_world(&self) -> [DVec3; 2] {
+        let visible = self.renderer.visible_bounds_in_world();
+        let bounds = visible.unwrap_or_else(|| framing::volume::grid_bounds(self.content.first()));
+        framing::volume::with_kernels(bounds, self.content.first())
     }
 
-    /// Draws the picture of one camera.
-    pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
-        drawn(&mut self.renderer, camera, Progress::Hidden, &self.stop)
-    }
-
-    /// Draws and writes all pictures, and reports.
-    pub(crate) fn finish(self, planned: Option<Value>, log: RunLog) -> Result<()> {
-        if self.args.sequence.part.tile.is_some() && !self.is_field() {
-            bail!("--tile requires the field renderer; use --frames instead");
-        }
-        let request = request(&self.args);
-        let layers = blend::layers(&self.args.render.options.blend, self.plan.finish.format)?;
-        self.content.show_transfer(&self.args.transfer)?;
-        let stats = RunStats {
-            planned,
-            ..self.stats_before_drawing(&request)
-        };
-        if log.verbosity == Verbosity::Verbose {
-            report::say(&format!(
-                "load {:.1} ms, classify {:.1} ms",
-                self.load_ms, self.classify_ms
-            ));
-        }
-        let look_line = self.suggested().line();
-        // Of several pictures a bar counts the pictures.
-        let progress = if self.cameras.len() == 1 {
-            log.verbosity.progress()
-        } else {
-            Progress::Hidden
-        };
-        let (mut renderer, options) = (self.renderer, self.options);
-        // The renderer has its own copy of what can be seen; only what moves may need the voxels again.
-        let mut moving = self.motion.map(|motion| (motion, self.content));
-        let mut render = |shot: &Shot| {
-            if let Some((motion, content)) = &mut moving {
-                motion.set(shot.number, &mut renderer, content, &options)?;
-            }
-            picture::in_window(shot.camera, &shot.window, &mut |camera| {
-                let mut drawn = drawn(&mut renderer, camera, progress, &self.stop)?;
-                drawn.image.planes.extend(renderer.layers(camera, &layers)?);
-                Ok(drawn)
-            })
-        };
-        self.plan
-            .draw(&request, &self.cameras, Run { stats, log }, &mut render)?;
-        if let Some(line) = look_line
-            && log.verbosity != Verbosity::Quiet
-        {
-            report::say(&line);
-        }
-        Ok(())
+    /// Returns true if the trilinear field is drawn, and not samples.
+    fn is_field(&self) -> bool {
+        matches!(self.options.order, Order::Field(_))
     }
 
     /// Refuses what changes from picture to picture beside the camera.
-    pub(crate) fn check_still(&self) -> Result<()> {
+    fn check_still(&self) -> Result<()> {
         if self.motion.is_some() {
             bail!(
                 "only camera keys are supported here; remove volume changes from the --path file"
@@ -226,7 +141,7 @@ impl Open {
     }
 
     /// Draws with these options from now on.
-    pub(crate) fn set(&mut self, render: &Given<RenderArgs>) -> Result<()> {
+    fn draw_with(&mut self, render: &Given<RenderArgs>) -> Result<()> {
         let options = settings::render_options(
             render,
             self.args.transfer.opacity_unit,
@@ -283,11 +198,24 @@ fn drawn(
     let account = Account {
         keys: serde_json::to_value(&frame.stats)?,
         line: said::stage_line(&frame.stats),
+        cost: cost(&frame.stats),
     };
     Ok(Drawn {
         image: frame.image,
         account,
     })
+}
+
+/// The time and work of a frame, in sub-pixels that a sample is added to.
+fn cost(stats: &FrameStats) -> Cost {
+    /// The work of looking at a brick, from the times of the stages.
+    const BRICK: f64 = 2.0;
+    Cost {
+        wall_ms: stats.wall_ms,
+        cpu_ms: stats.cpu_ms,
+        growing: stats.pixels_touched as f64,
+        fixed: BRICK * stats.bricks as f64,
+    }
 }
 
 fn request(args: &VolsplatArgs) -> Request<'_> {
@@ -321,7 +249,7 @@ fn loaded(
     options: RenderOptions,
     (plan, purpose): (Plan, Purpose),
     progress: Progress,
-) -> Result<Open> {
+) -> Result<OpenVolume> {
     let start = Instant::now();
     let mut content = Content::load(&args, &options, plan.gate(), progress)?;
     let load_ms = report::ms_since(start);
@@ -347,7 +275,7 @@ fn loaded(
         .renderer(&options, keeping, progress)
         .with_context(|| format!("{}: cannot be drawn", args.input.path.display()))?;
     let classify_ms = report::ms_since(start);
-    Ok(Open {
+    Ok(OpenVolume {
         args,
         plan,
         content,
@@ -384,9 +312,9 @@ fn path_name(args: &VolsplatArgs) -> String {
         .to_string()
 }
 
-fn cameras(open: &mut Open) -> Result<Vec<Camera>> {
-    let bounds = open.bounds_in_world();
-    let Open {
+fn cameras(open: &mut OpenVolume) -> Result<Vec<Camera>> {
+    let bounds = open.visible_bounds_in_world();
+    let OpenVolume {
         args,
         plan,
         content,

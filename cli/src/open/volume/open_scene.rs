@@ -1,0 +1,184 @@
+//! A volume as the commands draw it: one picture at a time, in any order, under one setting after another.
+
+use anyhow::{Result, bail};
+use glam::DVec3;
+use resample_core::{Camera, Stop};
+use serde_json::Value;
+use volsplat::Layer;
+
+use super::{OpenVolume, cameras, drawn, motion, request};
+use crate::args::Drawing;
+use crate::cameras::picked_point;
+use crate::look::blend;
+use crate::open::open_scene::{OpenScene, Parts, Probed};
+use crate::open::setting::Setting;
+use crate::picture;
+use crate::picture::background::Background;
+use crate::picture::bands::Window;
+use crate::picture::{Drawn, Shot};
+use crate::plan::{Change, Plan, Run, RunLog};
+use crate::process::progress::Progress;
+use crate::process::report;
+use crate::process::report::{RunStats, Verbosity};
+
+impl OpenScene for OpenVolume {
+    fn cameras(&self) -> &[Camera] {
+        &self.cameras
+    }
+
+    fn background(&self) -> &Background {
+        &self.plan.finish.background
+    }
+
+    fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
+        Some(self.visible_bounds_in_world())
+    }
+
+    fn parts(&self) -> Parts {
+        // Means of pixels are corrected by their neighbours.
+        Parts::Windows {
+            side_px: 8,
+            guard_px: 1,
+        }
+    }
+
+    fn has_bands(&self) -> bool {
+        self.is_field()
+    }
+
+    fn set(&mut self, setting: &Setting) -> Result<()> {
+        match setting {
+            Setting::Volume(render) => self.draw_with(render),
+            Setting::Mesh(_) | Setting::Depth(_) => bail!("a setting of another application"),
+        }
+    }
+
+    fn restyle(&mut self, drawing: &Drawing) -> Result<()> {
+        match drawing {
+            Drawing::Volsplat(args) => self.take((**args).clone()),
+            _ => bail!("a command of another application"),
+        }
+    }
+
+    fn change(&mut self, drawing: &Drawing, change: Change) -> Result<bool> {
+        let Drawing::Volsplat(args) = drawing else {
+            return Ok(false);
+        };
+        let args = (**args).clone();
+        let had_motion = self.motion.is_some();
+        self.plan = Plan::new(&request(&args))?;
+        match change {
+            // A moving look is not that of the options any more.
+            Change::Look => self.take(args)?,
+            Change::View | Change::Render if had_motion => self.take(args)?,
+            Change::Render => {
+                self.draw_with(&args.render)?;
+                self.args = args;
+            }
+            Change::View => self.args = args,
+        }
+        self.motion = motion(&self.args, &self.plan, &mut self.content)?;
+        self.cameras = cameras(self)?;
+        Ok(true)
+    }
+
+    fn turn_to(&mut self, number: usize) -> Result<()> {
+        match &mut self.motion {
+            Some(motion) => {
+                motion.set(number, &mut self.renderer, &mut self.content, &self.options)
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn stop_with(&mut self, stop: Stop) {
+        self.stop = stop;
+    }
+
+    fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
+        drawn(&mut self.renderer, camera, Progress::Hidden, &self.stop)
+    }
+
+    fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
+        let layers = blend::layers(&self.args.render.options.blend, self.plan.finish.format)?;
+        picture::in_window(camera, window, &mut |camera| {
+            let mut drawn = self.draw(camera)?;
+            drawn
+                .image
+                .planes
+                .extend(self.renderer.layers(camera, &layers)?);
+            Ok(drawn)
+        })
+    }
+
+    fn probe(&mut self, pixel: &Camera) -> Result<Option<Probed>> {
+        let world = match self.renderer.layers(pixel, &[Layer::FirstHit]) {
+            Ok(planes) => {
+                let depth = planes.first().and_then(|plane| plane.values.first());
+                let depth = depth.filter(|depth| depth.is_finite());
+                depth.map(|&depth| picked_point::world_at(pixel, f64::from(depth)))
+            }
+            // Labels, channels and other blends have no such plane.
+            Err(_) => self.content.first_voxel(pixel),
+        };
+        let Some(world) = world else {
+            return Ok(None);
+        };
+        Ok(self.content.nearest(world).map(|voxel| Probed {
+            world,
+            voxel: Some(voxel),
+        }))
+    }
+
+    fn volume(&self) -> Option<&OpenVolume> {
+        Some(self)
+    }
+
+    fn finish(self: Box<Self>, planned: Option<Value>, log: RunLog) -> Result<()> {
+        let open = *self;
+        if open.args.sequence.part.tile.is_some() && !open.is_field() {
+            bail!("--tile requires the field renderer; use --frames instead");
+        }
+        let request = request(&open.args);
+        let layers = blend::layers(&open.args.render.options.blend, open.plan.finish.format)?;
+        open.content.show_transfer(&open.args.transfer)?;
+        let stats = RunStats {
+            planned,
+            ..open.stats_before_drawing(&request)
+        };
+        if log.verbosity == Verbosity::Verbose {
+            report::say(&format!(
+                "load {:.1} ms, classify {:.1} ms",
+                open.load_ms, open.classify_ms
+            ));
+        }
+        let look_line = open.suggested().line();
+        // Of several pictures a bar counts the pictures.
+        let progress = if open.cameras.len() == 1 {
+            log.verbosity.progress()
+        } else {
+            Progress::Hidden
+        };
+        let (mut renderer, options) = (open.renderer, open.options);
+        // The renderer has its own copy of what can be seen; only what moves may need the voxels again.
+        let mut moving = open.motion.map(|motion| (motion, open.content));
+        let mut render = |shot: &Shot| {
+            if let Some((motion, content)) = &mut moving {
+                motion.set(shot.number, &mut renderer, content, &options)?;
+            }
+            picture::in_window(shot.camera, &shot.window, &mut |camera| {
+                let mut drawn = drawn(&mut renderer, camera, progress, &open.stop)?;
+                drawn.image.planes.extend(renderer.layers(camera, &layers)?);
+                Ok(drawn)
+            })
+        };
+        open.plan
+            .draw(&request, &open.cameras, Run { stats, log }, &mut render)?;
+        if let Some(line) = look_line
+            && log.verbosity != Verbosity::Quiet
+        {
+            report::say(&line);
+        }
+        Ok(())
+    }
+}
