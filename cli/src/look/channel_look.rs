@@ -5,16 +5,35 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use volsplat::transfer::{ColourKnot, ColourMap, DataKind, FileLook, Histogram};
-use volsplat::{Described, LabelTable, Look, TransferFunction, Volume};
+use volsplat::transfer::{ColourKnot, ColourMap, DataKind, FileLook};
+use volsplat::{Described, LabelTable, LargeVolume, TransferFunction, Volume};
 
 use crate::args::VolsplatArgs;
 use crate::look::suggested::Suggested;
 use crate::look::{suggested, transfer};
 use crate::values;
 
+/// The values of a channel.
+#[derive(Clone, Copy)]
+pub(crate) enum Values<'a> {
+    /// All voxels are in memory.
+    Memory(&'a Volume),
+    /// The voxels stay in their file.
+    Stored(&'a LargeVolume),
+}
+
+impl<'a> Values<'a> {
+    /// Grid, range and histogram.
+    pub(crate) fn described(self) -> &'a dyn Described {
+        match self {
+            Self::Memory(volume) => volume,
+            Self::Stored(volume) => volume,
+        }
+    }
+}
+
 /// How a channel looks.
-pub(crate) enum OwnLook {
+pub(crate) enum ChannelLook {
     Transfer(TransferFunction),
     Labels(LabelTable),
     Tint(TransferFunction),
@@ -31,33 +50,36 @@ const COLOURS: [(&str, &str); 7] = [
     ("orange", "#ff8000"),
 ];
 
-impl OwnLook {
+impl ChannelLook {
     /// As the library takes it.
-    pub(crate) fn lent(&self) -> Look<'_> {
+    pub(crate) fn lent(&self) -> volsplat::Look<'_> {
         match self {
-            Self::Transfer(function) => Look::Transfer(function),
-            Self::Labels(table) => Look::Labels(table),
-            Self::Tint(function) => Look::Tint(function),
+            Self::Transfer(function) => volsplat::Look::Transfer(function),
+            Self::Labels(table) => volsplat::Look::Labels(table),
+            Self::Tint(function) => volsplat::Look::Tint(function),
         }
     }
 }
 
 /// The look of the volume that no word describes, and what goes with it.
-pub(crate) fn own_look(args: &VolsplatArgs, volume: &Volume) -> Result<(OwnLook, Suggested)> {
+pub(super) fn of_data(args: &VolsplatArgs, values: Values) -> Result<(ChannelLook, Suggested)> {
     if args.scene.labels {
         return Ok((
-            OwnLook::Labels(label_table(args)?),
+            ChannelLook::Labels(label_table(args)?),
             Suggested::for_labels(None),
         ));
     }
     if suggested::is_typed(&args.transfer) {
-        let (function, suggested) = transfer::typed(&args.transfer, volume)?;
-        return Ok((OwnLook::Transfer(function), suggested));
+        let (function, suggested) = transfer::typed(&args.transfer, values.described())?;
+        return Ok((ChannelLook::Transfer(function), suggested));
     }
-    let histogram = volume.histogram();
-    let kind = DataKind::of_volume(volume, &histogram);
+    let histogram = values.described().histogram();
+    let kind = match values {
+        Values::Memory(volume) => DataKind::of_volume(volume, &histogram),
+        Values::Stored(volume) => DataKind::of(volume, &histogram),
+    };
     if suggested::are_labels(args, kind) {
-        let table = OwnLook::Labels(label_table(args)?);
+        let table = ChannelLook::Labels(label_table(args)?);
         return Ok((table, Suggested::for_labels(Some(kind))));
     }
     // An isosurface or a projection of labels takes them as quantities.
@@ -66,24 +88,28 @@ pub(crate) fn own_look(args: &VolsplatArgs, volume: &Volume) -> Result<(OwnLook,
         other => other,
     };
     let (function, suggested) = transfer::of_data(args, kind, &histogram)?;
-    Ok((OwnLook::Transfer(function), suggested))
+    Ok((ChannelLook::Transfer(function), suggested))
 }
 
 /// The look that a word describes.
-pub(crate) fn parsed_look(word: &str, volume: &Volume, args: &VolsplatArgs) -> Result<OwnLook> {
+pub(super) fn of_word(
+    word: &str,
+    volume: &dyn Described,
+    args: &VolsplatArgs,
+) -> Result<ChannelLook> {
     if word == "labels" {
-        return Ok(OwnLook::Labels(label_table(args)?));
+        return Ok(ChannelLook::Labels(label_table(args)?));
     }
     let lower = word.to_lowercase();
     let function = if lower.ends_with(".json") || lower.ends_with(".vp") {
         let encoding = args.transfer.transfer_space;
         FileLook::load(Path::new(word), encoding, volume)?.function
     } else if let Ok(map) = word.parse::<ColourMap>() {
-        TransferFunction::automatic(&Histogram::of_volume(volume), map)
+        TransferFunction::automatic(&volume.histogram(), map)
     } else {
         one_colour(word, volume)?
     };
-    Ok(OwnLook::Transfer(
+    Ok(ChannelLook::Transfer(
         function.with_opacity_scaled(args.transfer.opacity_scale)?,
     ))
 }
@@ -95,7 +121,7 @@ pub(crate) fn colour(word: &str) -> Option<[f32; 3]> {
 }
 
 /// The opacity of the histogram, in one colour.
-fn one_colour(word: &str, volume: &Volume) -> Result<TransferFunction> {
+fn one_colour(word: &str, volume: &dyn Described) -> Result<TransferFunction> {
     let Some(rgb) = colour(word) else {
         bail!(
             "{word}: expected the look of a channel: a file that ends in .json, a colour map such as viridis, labels, a colour \
@@ -103,8 +129,7 @@ fn one_colour(word: &str, volume: &Volume) -> Result<TransferFunction> {
             COLOURS.map(|(name, _)| name).join(", ")
         );
     };
-    let opacities =
-        TransferFunction::automatic(&Histogram::of_volume(volume), ColourMap::default());
+    let opacities = TransferFunction::automatic(&volume.histogram(), ColourMap::default());
     let colour = ColourKnot {
         value: volume.value_range().0,
         rgb,

@@ -50,7 +50,7 @@ impl Suggested {
     }
 
     /// The options with what is suggested where nothing was typed.
-    pub(crate) fn fill(&self, options: RenderOptions, args: &RenderArgs) -> RenderOptions {
+    pub(super) fn fill(&self, options: RenderOptions, args: &RenderArgs) -> RenderOptions {
         let mut options = options;
         options.opacity_unit = options.opacity_unit.or(self.opacity_unit);
         if let (Order::Field(field), Some(blend)) = (&mut options.order, self.blend)

@@ -1,7 +1,7 @@
 //! From what was typed to the transfer function, and to its part of the stats file's settings.
 //!
 //! Takes what was typed and the volume, gives the function, and the light and the blending that go with it where neither was
-//! typed. Where neither a file, a window, a preset nor a colour map is given, the data decide (`look.rs`). No file but the
+//! typed. Where neither a file, a window, a preset nor a colour map is given, the data decide (`suggested.rs`). No file but the
 //! function's own is read, and none but the plot of `--show-transfer` is written.
 
 use std::path::Path;
@@ -13,7 +13,7 @@ use volsplat::{Described, TransferFunction};
 
 use crate::args::{TransferArgs, VolsplatArgs};
 use crate::look::suggested::Suggested;
-use crate::look::{suggested, transfer_plot};
+use crate::look::{Look, suggested, transfer_plot};
 use crate::output;
 use crate::output::{Depth, Format};
 use crate::process::report;
@@ -102,20 +102,17 @@ pub(crate) fn show(
 }
 
 /// The transfer function's part of the settings in the stats file.
-pub(crate) fn record(
-    args: &TransferArgs,
-    opacity_unit: Option<f64>,
-    volume: &dyn Described,
-    suggested: &Suggested,
-) -> Value {
+pub(crate) fn record(args: &TransferArgs, look: &Look, volume: &dyn Described) -> Value {
+    let kind = look.suggested.kind;
+    let opacity_unit = look.options.opacity_unit;
     json!({
         "file": args.transfer.as_deref().map(report::name),
         "space": args.transfer_space,
         "rescaled": args.rescale_transfer,
         "window": args.window.map(|window| [window.level, window.width]),
         "preset": args.preset.map(|preset| preset.name()),
-        "colormap": colour_map(args, suggested.kind).map(|map| map.name()),
-        "taken_for": suggested.kind.map(suggested::name),
+        "colormap": colour_map(args, kind).map(|map| map.name()),
+        "taken_for": kind.map(suggested::name),
         "shown_in": args.show_transfer.as_deref().map(report::name),
         "opacity_scale": args.opacity_scale,
         "opacity_unit": opacity_unit.unwrap_or_else(|| volume.lattice().smallest_spacing()),

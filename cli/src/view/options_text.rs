@@ -23,7 +23,7 @@ use crate::values::BackgroundWord;
 use crate::values::source::Held;
 
 /// Options that the page may set. None of them names a file.
-const FROM_PAGE: [&str; 26] = [
+const FROM_PAGE: [&str; 25] = [
     "background",
     "blend",
     "channel",
@@ -38,7 +38,6 @@ const FROM_PAGE: [&str; 26] = [
     "iso-colour",
     "iso-opacity",
     "light",
-    "max-depth-step",
     "method",
     "min-transmittance",
     "opacity-scale",
@@ -310,4 +309,23 @@ fn plain(error: clap::Error) -> anyhow::Error {
     let text = error.to_string();
     let line = text.lines().next().unwrap_or_default();
     anyhow::anyhow!("{}", line.trim_start_matches("error: "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_named_option_belongs_to_a_command() {
+        let applications = [Application::Volume, Application::Mesh, Application::Depth];
+        let commands = applications.map(command);
+        let exists = |name: &str| {
+            let mut arguments = commands.iter().flat_map(Command::get_arguments);
+            arguments.any(|argument| argument.get_long() == Some(name))
+        };
+        let lists: [&[&str]; 4] = [&FROM_PAGE, &LOOKS, &OWN, &REPLACED];
+        for name in lists.into_iter().flatten() {
+            assert!(exists(name), "--{name} is not an option");
+        }
+    }
 }

@@ -17,19 +17,41 @@ use volsplat::{
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
 use crate::cameras::{framing, picked_point};
+use crate::look;
+use crate::look::channel_look::Values;
 use crate::look::suggested::Suggested;
-use crate::look::transfer;
+use crate::look::{Look, LookSource, transfer};
 use crate::open::volume::file::load_options;
 use crate::open::volume::scene;
 use crate::open::volume::scene::Volumes;
+use crate::output;
 use crate::process::progress::{Progress, watch};
 
 /// The content to draw.
-pub(crate) enum Content {
+pub(crate) struct Content {
+    data: Data,
+    /// How it looks.
+    pub(crate) look: Look,
+}
+
+/// The values of the content.
+enum Data {
     /// Volumes in memory.
     Memory(Volumes),
-    /// A volume in its file, and how it looks.
-    Stored(Box<LargeVolume>, TransferFunction, Suggested),
+    /// A volume in its file.
+    Stored(Box<LargeVolume>),
+}
+
+impl Data {
+    fn channels(&self) -> Vec<look::Channel<'_>> {
+        match self {
+            Self::Memory(volumes) => volumes.channels(),
+            Self::Stored(volume) => vec![look::Channel {
+                values: Values::Stored(volume),
+                source: &LookSource::Data,
+            }],
+        }
+    }
 }
 
 /// The part of a volume that a renderer keeps.
@@ -49,43 +71,36 @@ fn fits_whole(volume: &Volume, gate: &Gate) -> bool {
 }
 
 impl Content {
-    /// Reads the volumes, or looks the only one through.
+    /// Reads the volumes, or looks the only one through, and decides the look.
     pub(crate) fn load(
         args: &VolsplatArgs,
-        options: &RenderOptions,
+        (typed, format): (&RenderOptions, output::Format),
         gate: &Gate,
         progress: Progress,
     ) -> Result<Self> {
-        if args.source.held().is_some() {
-            return Ok(Self::Memory(scene::load(args, gate)?));
-        }
-        let load_options = load_options(&args.volume, &args.input, gate)?;
-        match look_through(&args.input.path, &load_options, options, progress)? {
-            None => Ok(Self::Memory(scene::load(args, gate)?)),
-            Some(_) if !is_single(&args.scene) => bail!(
-                "{}: masks, labels and further channels need all voxels in memory: allow more with --max-memory, leave them out, \
-                 or draw a coarser level or a smaller volume",
-                args.input.path.display()
-            ),
-            Some(volume) => {
-                let (function, suggested) = transfer::function(args, volume.as_ref())?;
-                Ok(Self::Stored(volume, function, suggested))
-            }
-        }
+        let data = load(args, typed, gate, progress)?;
+        let look = look::decide(args, format, &data.channels())?;
+        Ok(Self { data, look })
+    }
+
+    /// Takes the looks that the arguments name, for renderers that are made or changed from now on.
+    pub(crate) fn decide(&mut self, args: &VolsplatArgs, format: output::Format) -> Result<()> {
+        self.look = look::decide(args, format, &self.data.channels())?;
+        Ok(())
     }
 
     /// The first volume, which gives the picture its grid.
     pub(crate) fn first(&self) -> &dyn Described {
-        match self {
-            Self::Memory(volumes) => volumes.first(),
-            Self::Stored(volume, ..) => volume.as_ref(),
+        match &self.data {
+            Data::Memory(volumes) => volumes.first(),
+            Data::Stored(volume) => volume.as_ref(),
         }
     }
 
     /// The voxel of the first volume that is nearest to a place in the world, and its value; `None` outside of the grid, and
     /// of a volume in its file.
     pub(crate) fn nearest(&self, pos_in_world: DVec3) -> Option<([usize; 3], f64)> {
-        let Self::Memory(volumes) = self else {
+        let Data::Memory(volumes) = &self.data else {
             return None;
         };
         let volume = volumes.first();
@@ -106,7 +121,7 @@ impl Content {
     /// The first voxel on the ray of a camera with one pixel that hides half of what lies behind it, with those before it;
     /// or the most opaque one. A slow walk among nearest voxels, for one ray at a time.
     pub(crate) fn first_voxel(&self, pixel: &Camera) -> Option<DVec3> {
-        let Self::Memory(volumes) = self else {
+        let Data::Memory(volumes) = &self.data else {
             return None;
         };
         let lattice = volumes.first().lattice();
@@ -124,7 +139,7 @@ impl Content {
             let Some((voxel, _)) = self.nearest(at) else {
                 continue;
             };
-            let opacity = volumes.opacity_at(voxel);
+            let opacity = volumes.opacity_at(&self.look, voxel);
             if opacity > most.0 {
                 most = (opacity, Some(at));
             }
@@ -136,78 +151,57 @@ impl Content {
         most.1
     }
 
-    /// The transfer function of the first volume; `None` where it holds labels.
-    pub(crate) fn function(&self) -> Option<&TransferFunction> {
-        match self {
-            Self::Memory(volumes) => volumes.function(),
-            Self::Stored(_, own, _) => Some(own),
-        }
-    }
-
-    /// The light and the blending that go with the look, where nobody typed others.
-    pub(crate) fn suggested(&self) -> Suggested {
-        match self {
-            Self::Memory(volumes) => volumes.suggested,
-            Self::Stored(.., suggested) => *suggested,
-        }
+    /// Has the first volume follow the functions of keys, whose mean this is: light and blending are those that were typed.
+    pub(crate) fn follow_keys(
+        &mut self,
+        mean: TransferFunction,
+        args: &VolsplatArgs,
+        format: output::Format,
+    ) -> Result<()> {
+        self.look.set_function(mean);
+        self.look.suggested = Suggested::default();
+        let typed = (args, format);
+        self.look.options = self.look.options_with(&args.render, typed, self.first())?;
+        Ok(())
     }
 
     /// The labels of the first volume that holds labels, with their looks, the most frequent first.
     pub(crate) fn labels(&self) -> Vec<(i64, LabelLook)> {
-        match self {
-            Self::Memory(volumes) => volumes.labels(),
-            Self::Stored(..) => Vec::new(),
+        match &self.data {
+            Data::Memory(volumes) => volumes.labels(&self.look),
+            Data::Stored(_) => Vec::new(),
         }
-    }
-
-    /// Takes another transfer function for the first volume, for renderers that are made from now on.
-    pub(crate) fn set_function(&mut self, function: TransferFunction) {
-        match self {
-            Self::Memory(volumes) => volumes.set_function(function),
-            Self::Stored(_, own, _) => *own = function,
-        }
-    }
-
-    /// Takes the looks that the arguments name, for renderers that are made or changed from now on.
-    pub(crate) fn relook(&mut self, args: &VolsplatArgs) -> Result<()> {
-        match self {
-            Self::Memory(volumes) => volumes.relook(args)?,
-            Self::Stored(volume, own, suggested) => {
-                (*own, *suggested) = transfer::function(args, volume.as_ref())?;
-            }
-        }
-        Ok(())
     }
 
     /// Draws the first transfer function over its volume's histogram, where that was asked for.
     pub(crate) fn show_transfer(&self, args: &TransferArgs) -> Result<()> {
-        match self {
-            Self::Memory(volumes) => volumes.show_transfer(args),
-            Self::Stored(volume, function, _) => transfer::show(args, function, volume.as_ref()),
+        match self.look.function() {
+            Some(function) => transfer::show(args, function, self.first()),
+            // The command line does not accept both.
+            None => Ok(()),
         }
     }
 
     /// How much a renderer may keep whose looks will change.
     pub(crate) fn keeping(&self, gate: &Gate) -> Keeping {
-        match self {
-            Self::Memory(volumes) if fits_whole(volumes.first(), gate) => Keeping::Whole,
-            Self::Memory(_) | Self::Stored(..) => Keeping::Shown,
+        match &self.data {
+            Data::Memory(volumes) if fits_whole(volumes.first(), gate) => Keeping::Whole,
+            Data::Memory(_) | Data::Stored(_) => Keeping::Shown,
         }
     }
 
-    /// Has a renderer draw what this holds now.
+    /// Has a renderer draw the present look.
     pub(crate) fn change(
         &self,
         renderer: &mut Renderer,
-        options: &RenderOptions,
         keeping: Keeping,
     ) -> Result<(), volsplat::Error> {
-        match self {
-            Self::Memory(volumes) if keeping == Keeping::Whole => {
-                renderer.update_scene(&volumes.scene(), options)
+        match &self.data {
+            Data::Memory(volumes) if keeping == Keeping::Whole => {
+                renderer.update_scene(&volumes.scene(&self.look), &self.look.options)
             }
-            Self::Memory(_) | Self::Stored(..) => {
-                *renderer = self.renderer(options, keeping, Progress::Hidden)?;
+            Data::Memory(_) | Data::Stored(_) => {
+                *renderer = self.renderer(keeping, Progress::Hidden)?;
                 Ok(())
             }
         }
@@ -216,22 +210,47 @@ impl Content {
     /// A renderer.
     pub(crate) fn renderer(
         &self,
-        options: &RenderOptions,
         keeping: Keeping,
         progress: Progress,
     ) -> Result<Renderer, volsplat::Error> {
-        match self {
-            Self::Memory(volumes) if keeping == Keeping::Whole => {
-                Renderer::for_changes(&volumes.scene(), options)
+        let options = &self.look.options;
+        match (&self.data, self.look.function()) {
+            (Data::Memory(volumes), _) if keeping == Keeping::Whole => {
+                Renderer::for_changes(&volumes.scene(&self.look), options)
             }
-            Self::Memory(volumes) => Renderer::with_scene(&volumes.scene(), options),
-            Self::Stored(volume, function, _) => Renderer::from_file(
+            (Data::Memory(volumes), _) => Renderer::with_scene(&volumes.scene(&self.look), options),
+            (Data::Stored(volume), Some(function)) => Renderer::from_file(
                 volume,
                 function,
                 options,
                 &mut watch("finding what is visible", progress),
             ),
+            (Data::Stored(_), None) => Err(volsplat::Error::Option(
+                "labels need all voxels in memory".to_owned(),
+            )),
         }
+    }
+}
+
+/// Reads the volumes, or looks the only one through.
+fn load(
+    args: &VolsplatArgs,
+    typed: &RenderOptions,
+    gate: &Gate,
+    progress: Progress,
+) -> Result<Data> {
+    if args.source.held().is_some() {
+        return Ok(Data::Memory(scene::load(args, gate)?));
+    }
+    let load_options = load_options(&args.volume, &args.input, gate)?;
+    match look_through(&args.input.path, &load_options, typed, progress)? {
+        None => Ok(Data::Memory(scene::load(args, gate)?)),
+        Some(_) if !is_single(&args.scene) => bail!(
+            "{}: masks, labels and further channels need all voxels in memory: allow more with --max-memory, leave them out, \
+             or draw a coarser level or a smaller volume",
+            args.input.path.display()
+        ),
+        Some(volume) => Ok(Data::Stored(volume)),
     }
 }
 

@@ -8,9 +8,7 @@ use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use serde_json::{Value, json};
 use volsplat::transfer::FileLook;
-use volsplat::{
-    Clip, ClipPlane, ColourEncoding, Described, RenderOptions, Renderer, Reuse, TransferFunction,
-};
+use volsplat::{Clip, ClipPlane, ColourEncoding, Described, Renderer, Reuse, TransferFunction};
 
 use crate::args::VolsplatArgs;
 use crate::cameras::camera_path::{Between, CameraPath, KeyLook, Moment, Track, VolumeKey};
@@ -82,14 +80,13 @@ impl VolumeMotion {
         number: usize,
         renderer: &mut Renderer,
         content: &mut Content,
-        options: &RenderOptions,
     ) -> Result<()> {
         if let Some(function) = self.transfer(number)
             && self.shown.as_ref() != Some(&function)
         {
             if renderer.update_transfer(&function) == Reuse::NeedsRenderer {
-                content.set_function(function.clone());
-                *renderer = content.renderer(options, Keeping::Shown, Progress::Hidden)?;
+                content.look.set_function(function.clone());
+                *renderer = content.renderer(Keeping::Shown, Progress::Hidden)?;
             }
             self.shown = Some(function);
         }

@@ -7,7 +7,7 @@ pub(crate) mod data;
 pub(crate) mod file;
 pub(crate) mod key_motion;
 pub(crate) mod scene;
-pub(crate) mod settings;
+mod record;
 
 mod cameras;
 mod said;
@@ -27,6 +27,7 @@ use crate::args::{Given, RenderArgs, VolsplatArgs};
 use crate::cameras::camera_path::KeyKind;
 use crate::cameras::framing;
 use crate::cameras::framing::Extent;
+use crate::look;
 use crate::look::suggested::Suggested;
 use crate::look::{blend, transfer};
 use crate::open::volume::data::{Content, Keeping};
@@ -46,7 +47,6 @@ pub(crate) struct OpenVolume {
     content: Content,
     keeping: Keeping,
     renderer: Renderer,
-    options: RenderOptions,
     /// Ends a frame that nobody waits for.
     stop: Stop,
     /// Changes from picture to picture beside the camera.
@@ -60,10 +60,9 @@ impl OpenVolume {
     /// Checks the arguments, reads the volume, and classifies it.
     pub(crate) fn read(args: VolsplatArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
         let plan = Plan::new(&request(&args))?;
-        let options =
-            settings::render_options(&args.render, args.transfer.opacity_unit, plan.finish.format)?;
+        let typed = look::typed_options(&args, plan.finish.format)?;
         blend::layers(&args.render.options.blend, plan.finish.format)?;
-        let mut open = loaded(args, options, (plan, purpose), verbosity.progress())?;
+        let mut open = loaded(args, &typed, (plan, purpose), verbosity.progress())?;
         open.cameras = cameras(&mut open)?;
         if purpose != Purpose::Draw {
             open.check_still()?;
@@ -78,7 +77,7 @@ impl OpenVolume {
 
     /// The transfer function of the first volume; `None` where it holds labels.
     pub(crate) fn function(&self) -> Option<&TransferFunction> {
-        self.content.function()
+        self.content.look.function()
     }
 
     /// The labels of the first volume that holds labels, with their looks, the most frequent first.
@@ -93,29 +92,15 @@ impl OpenVolume {
 
     /// Takes the transfer function and the render options of `args`; the files are not read again.
     fn take(&mut self, args: VolsplatArgs) -> Result<()> {
-        self.content.relook(&args)?;
-        let options = settings::render_options(
-            &args.render,
-            args.transfer.opacity_unit,
-            self.plan.finish.format,
-        )?;
-        let options = self.suited(options, &args.render.options);
-        self.content
-            .change(&mut self.renderer, &options, self.keeping)?;
-        self.options = options;
+        self.content.decide(&args, self.plan.finish.format)?;
+        self.content.change(&mut self.renderer, self.keeping)?;
         self.args = args;
         Ok(())
     }
 
-    /// Fills options that were not set with those the preset suggests.
-    fn suited(&self, options: RenderOptions, args: &RenderArgs) -> RenderOptions {
-        let (volume, suggested) = (self.content.first(), self.content.suggested());
-        settings::suited_to(options, args, volume, &suggested)
-    }
-
-    /// The light and the blending that go with the look, where nobody typed others.
+    /// The light and blending that go with the look, where none were typed.
     pub(crate) fn suggested(&self) -> Suggested {
-        self.content.suggested()
+        self.content.look.suggested
     }
 
     /// The bounding box of the visible voxels, or of all voxels if no voxel is visible: its least and its greatest corner.
@@ -127,7 +112,7 @@ impl OpenVolume {
 
     /// Returns true if the trilinear field is drawn, and not samples.
     fn is_field(&self) -> bool {
-        matches!(self.options.order, Order::Field(_))
+        matches!(self.content.look.options.order, Order::Field(_))
     }
 
     /// Refuses what changes from picture to picture beside the camera.
@@ -142,22 +127,18 @@ impl OpenVolume {
 
     /// Draws with these options from now on.
     fn draw_with(&mut self, render: &Given<RenderArgs>) -> Result<()> {
-        let options = settings::render_options(
-            render,
-            self.args.transfer.opacity_unit,
-            self.plan.finish.format,
-        )?;
-        let options = self.suited(options, &render.options);
+        let look = &self.content.look;
+        let typed = (&self.args, self.plan.finish.format);
+        let options = look.options_with(render, typed, self.content.first())?;
         self.args.render = render.clone();
-        if options == self.options {
+        if options == self.content.look.options {
             return Ok(());
         }
-        if self.renderer.update(&options)? == Reuse::NeedsRenderer {
-            self.renderer = self
-                .content
-                .renderer(&options, self.keeping, Progress::Hidden)?;
+        let reuse = self.renderer.update(&options)?;
+        self.content.look.options = options;
+        if reuse == Reuse::NeedsRenderer {
+            self.renderer = self.content.renderer(self.keeping, Progress::Hidden)?;
         }
-        self.options = options;
         Ok(())
     }
 
@@ -172,12 +153,12 @@ impl OpenVolume {
                 "interpolation_residual": self.renderer.interpolation_residual(),
             }),
             threads: rayon::current_num_threads(),
-            settings: settings::record(
+            settings: record::record(
                 &self.args,
                 request,
                 self.plan.finish.format,
-                &self.options,
-                (self.content.first(), &self.suggested()),
+                &self.content.look,
+                self.content.first(),
             ),
             planned: None,
             load_ms: self.load_ms,
@@ -246,23 +227,18 @@ fn request(args: &VolsplatArgs) -> Request<'_> {
 /// All but the cameras.
 fn loaded(
     args: VolsplatArgs,
-    options: RenderOptions,
+    typed: &RenderOptions,
     (plan, purpose): (Plan, Purpose),
     progress: Progress,
 ) -> Result<OpenVolume> {
     let start = Instant::now();
-    let mut content = Content::load(&args, &options, plan.gate(), progress)?;
+    let mut content = Content::load(&args, (typed, plan.finish.format), plan.gate(), progress)?;
     let load_ms = report::ms_since(start);
     plan.gate()
         .remarks()
         .iter()
         .for_each(|text| report::say(&format!("note: {text}")));
     let motion = motion(&args, &plan, &mut content)?;
-    let suggested = match motion.as_ref().and_then(VolumeMotion::mean) {
-        Some(_) => Suggested::default(),
-        None => content.suggested(),
-    };
-    let options = settings::suited_to(options, &args.render.options, content.first(), &suggested);
     if let Some(warning) = transfer::warning(&args.transfer, content.first()) {
         report::say(&warning);
     }
@@ -272,7 +248,7 @@ fn loaded(
         Purpose::Draw | Purpose::Compare => Keeping::Shown,
     };
     let renderer = content
-        .renderer(&options, keeping, progress)
+        .renderer(keeping, progress)
         .with_context(|| format!("{}: cannot be drawn", args.input.path.display()))?;
     let classify_ms = report::ms_since(start);
     Ok(OpenVolume {
@@ -281,7 +257,6 @@ fn loaded(
         content,
         keeping,
         renderer,
-        options,
         stop: Stop::default(),
         motion,
         cameras: Vec::new(),
@@ -298,7 +273,7 @@ fn motion(args: &VolsplatArgs, plan: &Plan, content: &mut Content) -> Result<Opt
     let motion = VolumeMotion::new(path, pictures, args, content.first())
         .with_context(|| path_name(args))?;
     if let Some(mean) = motion.as_ref().and_then(VolumeMotion::mean) {
-        content.set_function(mean);
+        content.follow_keys(mean, args, plan.finish.format)?;
     }
     Ok(motion)
 }
@@ -319,7 +294,6 @@ fn cameras(open: &mut OpenVolume) -> Result<Vec<Camera>> {
         plan,
         content,
         renderer,
-        options,
         ..
     } = open;
     if renderer.visible_bounds_in_world().is_none() {
@@ -329,7 +303,7 @@ fn cameras(open: &mut OpenVolume) -> Result<Vec<Camera>> {
     let stance =
         framing::volume::stance(content.first(), args.camera.up.map(|axis| axis.direction));
     let extent = Extent::of_box(bounds);
-    cameras::fitted(renderer, options, bounds, &mut |measure| {
+    cameras::fitted(renderer, &content.look.options, bounds, &mut |measure| {
         plan.cameras(&request(args), (&extent, stance), measure)
     })
 }

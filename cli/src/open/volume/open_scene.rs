@@ -84,9 +84,7 @@ impl OpenScene for OpenVolume {
 
     fn turn_to(&mut self, number: usize) -> Result<()> {
         match &mut self.motion {
-            Some(motion) => {
-                motion.set(number, &mut self.renderer, &mut self.content, &self.options)
-            }
+            Some(motion) => motion.set(number, &mut self.renderer, &mut self.content),
             None => Ok(()),
         }
     }
@@ -159,12 +157,12 @@ impl OpenScene for OpenVolume {
         } else {
             Progress::Hidden
         };
-        let (mut renderer, options) = (open.renderer, open.options);
+        let mut renderer = open.renderer;
         // The renderer has its own copy of what can be seen; only what moves may need the voxels again.
         let mut moving = open.motion.map(|motion| (motion, open.content));
         let mut render = |shot: &Shot| {
             if let Some((motion, content)) = &mut moving {
-                motion.set(shot.number, &mut renderer, content, &options)?;
+                motion.set(shot.number, &mut renderer, content)?;
             }
             picture::in_window(shot.camera, &shot.window, &mut |camera| {
                 let mut drawn = drawn(&mut renderer, camera, progress, &open.stop)?;

@@ -1,7 +1,7 @@
-//! The volumes of a picture and their looks: the main one, further channels, a mask.
+//! The volumes of a picture: the main one, further channels, a mask.
 //!
-//! Takes the arguments, reads every file that they name, gives what a `volsplat::Scene` borrows. Without options of this
-//! kind that is one volume and its transfer function.
+//! Takes the arguments, reads every file that they name, gives the volumes and the source of each look. Without options of this
+//! kind that is one volume.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,12 +11,12 @@ use anyhow::{Context, Result, bail};
 use resample_io::Gate;
 use serde_json::{Value, json};
 use volsplat::input::ColourVoxels;
-use volsplat::{Channel, LabelLook, LoadOptions, Scene, TransferFunction, Volume};
+use volsplat::{Channel, LabelLook, LoadOptions, Scene, Volume};
 
-use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
-use crate::look::channel_look::{OwnLook, own_look, parsed_look};
-use crate::look::suggested::Suggested;
-use crate::look::{colours, transfer};
+use crate::args::{SceneArgs, VolsplatArgs};
+use crate::look;
+use crate::look::channel_look::{ChannelLook, Values};
+use crate::look::{Look, LookSource};
 use crate::open::volume::file::{load_options, with_part};
 use crate::process::report;
 use crate::values::input_file::InputFile;
@@ -24,77 +24,39 @@ use crate::values::input_file::InputFile;
 /// All volumes of a picture.
 pub(crate) struct Volumes {
     /// At least one; the first gives the picture its grid.
-    pub channels: Vec<LookedAt>,
+    channels: Vec<ChannelVolume>,
     mask: Option<Arc<Volume>>,
-    /// The light and blending of the only channel's look.
-    pub suggested: Suggested,
 }
 
-/// A volume and how it looks.
-pub(crate) struct LookedAt {
-    /// The voxels.
-    pub volume: Arc<Volume>,
-    look: OwnLook,
+/// A volume, and where its look comes from.
+struct ChannelVolume {
+    volume: Arc<Volume>,
+    source: LookSource,
 }
 
-/// Reads all volumes and looks that the arguments name.
+/// Reads all volumes that the arguments name.
 pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
     let options = load_options(&args.volume, &args.input, gate)?;
     let scene = &args.scene;
-    if !scene.channel.is_empty() && args.source.held().is_some() {
+    let held = args.source.held();
+    if !scene.channel.is_empty() && held.is_some() {
         bail!("--channel names components of a file: give further arrays with --also");
     }
     if !scene.channel.is_empty() && options.component.is_some() {
         bail!("--channel names components itself: leave component=N out of the part of the file");
     }
-    let mut channels = Vec::new();
-    let mut suggested = Suggested::default();
-    if let Some(voxels) = colours::of_file(args, &options)? {
-        (channels, suggested) = of_colours(args, voxels)?;
-    }
-    for pair in scene.channel.chunks(2) {
-        let [number, look] = pair else { continue };
-        let component = number.parse().ok().with_context(|| {
-            format!(
-                "--channel {number}: expected the number of a component, counted from 0, and then its look"
-            )
-        })?;
-        let volume = volsplat::load(
-            &args.input.path,
-            &LoadOptions {
-                component: Some(component),
-                ..options.clone()
-            },
-        )?;
-        channels.push(LookedAt {
-            look: parsed_look(look, &volume, args)?,
+    let mut channels = main_channels(args, &options)?;
+    for (place, pair) in scene.also.chunks_exact(2).enumerate() {
+        let volume = beside(&InputFile::of((&pair[0]).into()), &options)?;
+        channels.push(ChannelVolume {
             volume: volume.into(),
-        });
-    }
-    let held = args.source.held();
-    if channels.is_empty() {
-        let volume = match held {
-            Some(held) => held.volume.clone(),
-            None => volsplat::load(&args.input.path, &options)?.into(),
-        };
-        let (look, goes_with) = own_look(args, &volume)?;
-        if scene.also.is_empty() && held.is_none_or(|held| held.also.is_empty()) {
-            suggested = goes_with;
-        }
-        channels.push(LookedAt { look, volume });
-    }
-    for pair in scene.also.chunks(2) {
-        let [file, look] = pair else { continue };
-        let volume = beside(&InputFile::of(file.into()), &options)?;
-        channels.push(LookedAt {
-            look: parsed_look(look, &volume, args)?,
-            volume: volume.into(),
+            source: LookSource::Also(place),
         });
     }
     for (volume, look) in held.map_or(&[][..], |held| &held.also) {
-        channels.push(LookedAt {
-            look: parsed_look(look, volume, args)?,
+        channels.push(ChannelVolume {
             volume: volume.clone(),
+            source: LookSource::Word(look.clone()),
         });
     }
     let mask = match (held.and_then(|held| held.mask.clone()), &scene.mask) {
@@ -105,23 +67,63 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
     if let Some(mask) = &mask {
         check_mask(mask, &channels[0].volume, scene.mask.as_deref())?;
     }
-    Ok(Volumes {
-        channels,
-        mask,
-        suggested,
-    })
+    Ok(Volumes { channels, mask })
+}
+
+/// The channels of the main file: its components that were chosen, its colours, or its values.
+fn main_channels(args: &VolsplatArgs, options: &LoadOptions) -> Result<Vec<ChannelVolume>> {
+    if let Some(voxels) = colours_of_file(args, options)? {
+        return Ok(of_colours(voxels));
+    }
+    if args.scene.channel.is_empty() {
+        let volume = match args.source.held() {
+            Some(held) => held.volume.clone(),
+            None => volsplat::load(&args.input.path, options)?.into(),
+        };
+        let source = LookSource::Data;
+        return Ok(vec![ChannelVolume { volume, source }]);
+    }
+    let chosen = args.scene.channel.chunks_exact(2).enumerate();
+    let component = |(place, pair): (usize, &[String])| {
+        let number = pair[0].parse().ok().with_context(|| {
+            format!(
+                "--channel {}: expected the number of a component, counted from 0, and then its look",
+                pair[0]
+            )
+        })?;
+        let volume = volsplat::load(
+            &args.input.path,
+            &LoadOptions {
+                component: Some(number),
+                ..options.clone()
+            },
+        )?;
+        Ok(ChannelVolume {
+            volume: volume.into(),
+            source: LookSource::Channel(place),
+        })
+    };
+    chosen.map(component).collect()
 }
 
 impl Volumes {
+    /// The channels, for the look.
+    pub(crate) fn channels(&self) -> Vec<look::Channel<'_>> {
+        let channels = self.channels.iter().map(|channel| look::Channel {
+            values: Values::Memory(&channel.volume),
+            source: &channel.source,
+        });
+        channels.collect()
+    }
+
     /// The scene that the library draws.
-    pub(crate) fn scene(&self) -> Scene<'_> {
+    pub(crate) fn scene<'a>(&'a self, look: &'a Look) -> Scene<'a> {
+        let channels = self.channels.iter().zip(&look.channels);
         Scene {
-            channels: self
-                .channels
-                .iter()
-                .map(|channel| Channel {
+            channels: channels
+                .map(|(channel, look)| Channel {
                     volume: &channel.volume,
-                    look: channel.look.lent(),
+                    look: look.lent(),
                 })
                 .collect(),
             mask: self.mask.as_deref(),
@@ -133,102 +135,37 @@ impl Volumes {
         &self.channels[0].volume
     }
 
-    /// The transfer function of the first volume; `None` where it holds labels.
-    pub(crate) fn function(&self) -> Option<&TransferFunction> {
-        match &self.channels[0].look {
-            OwnLook::Transfer(function) => Some(function),
-            OwnLook::Labels(_) | OwnLook::Tint(_) => None,
-        }
-    }
-
-    /// Takes another transfer function for the first volume.
-    pub(crate) fn set_function(&mut self, function: TransferFunction) {
-        self.channels[0].look = OwnLook::Transfer(function);
-    }
-
-    /// Takes the looks that the arguments name; the volumes stay.
-    pub(crate) fn relook(&mut self, args: &VolsplatArgs) -> Result<()> {
-        let words = args.scene.channel.chunks(2).map(|pair| pair.last());
-        let mut words: Vec<Option<&String>> = words.collect();
-        if words.is_empty() {
-            words.push(None);
-        }
-        words.extend(args.scene.also.chunks(2).map(|pair| pair.last()));
-        let has_tints = self.channels.iter().any(LookedAt::is_tint);
-        let looks: Result<Vec<(OwnLook, Suggested)>> = self
-            .channels
-            .iter()
-            .filter(|channel| !channel.is_tint())
-            .zip(&words)
-            .map(|(channel, word)| match word {
-                Some(word) => Ok((
-                    parsed_look(word, &channel.volume, args)?,
-                    Suggested::default(),
-                )),
-                None if has_tints => colours::opacity(args, &channel.volume)
-                    .map(|(function, suggested)| (OwnLook::Transfer(function), suggested)),
-                None => own_look(args, &channel.volume),
-            })
-            .collect();
-        let looks = looks?;
-        self.suggested = match looks.as_slice() {
-            [(_, suggested)] => *suggested,
-            _ => Suggested::default(),
-        };
-        let looked_at = self
-            .channels
-            .iter_mut()
-            .filter(|channel| !channel.is_tint());
-        for (channel, (look, _)) in looked_at.zip(looks) {
-            channel.look = look;
-        }
-        Ok(())
-    }
-
     /// Opacity of a voxel of the grid in all channels together, 0 to 1.
-    pub(crate) fn opacity_at(&self, [x, y, z]: [usize; 3]) -> f64 {
+    pub(crate) fn opacity_at(&self, look: &Look, [x, y, z]: [usize; 3]) -> f64 {
         let [columns, rows, _] = self.first().dims;
         let voxel = x + columns * (y + rows * z);
-        let clear = self.channels.iter().map(|channel| {
-            let value = channel.volume.value(voxel);
-            1.0 - match &channel.look {
-                OwnLook::Transfer(function) => function.opacity(value),
-                OwnLook::Labels(table) => table.look(value as i64).opacity,
-                OwnLook::Tint(_) => 0.0,
-            }
-        });
+        let clear = self
+            .channels
+            .iter()
+            .zip(&look.channels)
+            .map(|(channel, look)| {
+                let value = channel.volume.value(voxel);
+                1.0 - match look {
+                    ChannelLook::Transfer(function) => function.opacity(value),
+                    ChannelLook::Labels(table) => table.look(value as i64).opacity,
+                    ChannelLook::Tint(_) => 0.0,
+                }
+            });
         1.0 - clear.product::<f64>()
     }
 
     /// The labels of the first volume that holds labels, with their looks, the most frequent first.
-    pub(crate) fn labels(&self) -> Vec<(i64, LabelLook)> {
-        let found = self
-            .channels
-            .iter()
-            .find_map(|channel| match &channel.look {
-                OwnLook::Labels(table) => Some((&channel.volume, table)),
-                OwnLook::Transfer(_) | OwnLook::Tint(_) => None,
-            });
+    pub(crate) fn labels(&self, look: &Look) -> Vec<(i64, LabelLook)> {
+        let mut channels = self.channels.iter().zip(&look.channels);
+        let found = channels.find_map(|(channel, look)| match look {
+            ChannelLook::Labels(table) => Some((&channel.volume, table)),
+            ChannelLook::Transfer(_) | ChannelLook::Tint(_) => None,
+        });
         let Some((volume, table)) = found else {
             return Vec::new();
         };
         let looks = counted(volume).into_iter();
         looks.map(|(label, _)| (label, table.look(label))).collect()
-    }
-
-    /// Draws the first transfer function over its volume's histogram, where that was asked for.
-    pub(crate) fn show_transfer(&self, args: &TransferArgs) -> Result<()> {
-        match &self.channels[0].look {
-            OwnLook::Transfer(function) => transfer::show(args, function, self.first()),
-            // The command line does not accept both.
-            OwnLook::Labels(_) | OwnLook::Tint(_) => Ok(()),
-        }
-    }
-}
-
-impl LookedAt {
-    fn is_tint(&self) -> bool {
-        matches!(self.look, OwnLook::Tint(_))
     }
 }
 
@@ -278,20 +215,35 @@ pub(crate) fn record(args: &SceneArgs) -> Value {
     })
 }
 
-/// The channels of voxels that are colours: the opacity first, which may take another look, then the tints.
-fn of_colours(args: &VolsplatArgs, voxels: ColourVoxels) -> Result<(Vec<LookedAt>, Suggested)> {
-    let (function, suggested) = colours::opacity(args, &voxels.opacity)?;
-    let mut channels = vec![LookedAt {
-        volume: voxels.opacity.into(),
-        look: OwnLook::Transfer(function),
-    }];
-    for (number, volume) in voxels.components.into_iter().enumerate() {
-        channels.push(LookedAt {
-            look: OwnLook::Tint(volsplat::transfer::tint(number, &volume)),
-            volume: volume.into(),
-        });
+/// The voxels of a file that holds colours, where nobody chose components; a note says how they are drawn.
+fn colours_of_file(args: &VolsplatArgs, options: &LoadOptions) -> Result<Option<ColourVoxels>> {
+    let scene = &args.scene;
+    if !scene.channel.is_empty() || scene.labels || args.source.held().is_some() {
+        return Ok(None);
     }
-    Ok((channels, suggested))
+    let path = &args.input.path;
+    let colours = volsplat::input::load_colours(path, options)?;
+    if colours.is_some() {
+        options.gate.remark(format!(
+            "{}: its voxels are colours, opaque where they are bright or their alpha says so; FILE#component=N draws one of them",
+            path.display()
+        ));
+    }
+    Ok(colours)
+}
+
+/// The channels of voxels that are colours: the opacity first, which may take another look, then the tints.
+fn of_colours(voxels: ColourVoxels) -> Vec<ChannelVolume> {
+    let opacity = ChannelVolume {
+        volume: voxels.opacity.into(),
+        source: LookSource::ColourOpacity,
+    };
+    let tint = |(component, volume): (usize, Volume)| ChannelVolume {
+        volume: volume.into(),
+        source: LookSource::Tint(component),
+    };
+    let tints = voxels.components.into_iter().enumerate().map(tint);
+    std::iter::once(opacity).chain(tints).collect()
 }
 
 /// Reads a volume that lies on the grid of another: as headerless as that one, if it has no header of its own.

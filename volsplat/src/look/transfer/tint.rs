@@ -1,14 +1,14 @@
 //! The transfer functions of voxels that are colours: each component tints the channel that gives the opacity.
 
 use resample_core::image::linear_from_srgb;
-use resample_volume::volume::{Volume, Voxels};
+use resample_volume::volume::{Described, VoxelType};
 
 use crate::look::transfer::{ColourKnot, OpacityKnot, TransferFunction};
 
 /// The transfer function of a colour component (0 is red): from its sRGB code to linear light.
-pub fn tint(component: usize, volume: &Volume) -> TransferFunction {
-    let most = match volume.voxels {
-        Voxels::U16(_) => u16::MAX,
+pub fn tint(component: usize, volume: &dyn Described) -> TransferFunction {
+    let most = match volume.voxel_type() {
+        VoxelType::U16 => u16::MAX,
         _ => u16::from(u8::MAX),
     };
     let knot = |code: u16| {

@@ -1,28 +1,19 @@
-//! From the typed options to those of the libraries, and to their record in the stats file.
-//!
-//! Takes the structs of `args.rs`, gives `RenderOptions` and the `settings` object of the
-//! stats file; `transfer.rs` does the same for the transfer function. No file is touched here.
+//! From the typed options to those of the library, and to those that go with a look.
 
 use anyhow::Result;
-use serde_json::{Value, json};
 use volsplat::{
     Blend, Cells, DepthPlane, Described, FieldOptions, KernelSheets, Light, Order, RenderOptions,
     SampleOptions, SampleOrder, Shading,
 };
 
 use crate::args::volume::order::order;
-use crate::args::{CellsName, Given, OrderName, RenderArgs, VolsplatArgs};
-use crate::cameras::framing;
+use crate::args::{CellsName, Given, OrderName, RenderArgs};
 use crate::look::suggested::Suggested;
-use crate::look::{blend, clip, transfer};
-use crate::open::volume::scene;
+use crate::look::{blend, clip};
 use crate::output::Format;
-use crate::plan;
-use crate::plan::Request;
-use crate::process::report;
 
 /// How the volume is drawn. Only an EXR file has a place for depth.
-pub(crate) fn render_options(
+pub(super) fn typed(
     given: &Given<RenderArgs>,
     opacity_unit: Option<f64>,
     format: Format,
@@ -89,10 +80,10 @@ fn library_order(given: &Given<RenderArgs>) -> Result<Order> {
     }))
 }
 
-/// Fills options that were not set with those the preset suggests.
+/// The options with those that go with the look, where they were not set.
 ///
 /// A single slice has no cell to interpolate in: unless an order was asked for, each of its samples is drawn, without light.
-pub(crate) fn suited_to(
+pub(super) fn with_suggested(
     options: RenderOptions,
     args: &RenderArgs,
     volume: &dyn Described,
@@ -108,41 +99,4 @@ pub(crate) fn suited_to(
         },
         Some(_) => options,
     }
-}
-
-/// Everything that decided the pictures, for the stats file.
-pub(crate) fn record(
-    args: &VolsplatArgs,
-    request: &Request,
-    format: Format,
-    options: &RenderOptions,
-    (volume, suggested): (&dyn Described, &Suggested),
-) -> Value {
-    let stance = framing::volume::stance(volume, args.camera.up.map(|axis| axis.direction));
-    json!({
-        "volume": volume_record(args, volume),
-        "transfer": transfer::record(&args.transfer, options.opacity_unit, volume, suggested),
-        "scene": scene::record(&args.scene),
-        "camera": plan::camera_record(request, stance),
-        "render": options,
-        "picture": plan::picture_record(request, format),
-    })
-}
-
-fn volume_record(args: &VolsplatArgs, volume: &dyn Described) -> Value {
-    let lattice = volume.lattice();
-    json!({
-        "file": report::name(&args.input.path),
-        "part": args.input.part,
-        "dims": lattice.dims,
-        "spacing": lattice.spacing(),
-        "origin": lattice.world_from_index.translation.to_array(),
-        "space": lattice.space,
-        "raw_type": args.volume.voxel_type.map(|kind| kind.name()),
-        "raw_endian": args.volume.endian.map(|endian| format!("{endian:?}").to_lowercase()),
-        "raw_skip_bytes": args.volume.skip,
-        "nan_as": args.volume.nan_as,
-        "max_memory_bytes": args.volume.reading.max_memory,
-        "rescaled_by": args.volume.rescale_values,
-    })
 }
