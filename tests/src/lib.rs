@@ -12,6 +12,7 @@ pub mod warps;
 pub mod choices;
 pub mod data;
 pub mod exr_read;
+pub mod extremes;
 pub mod frames;
 pub mod fuzzed;
 pub mod import_graph;

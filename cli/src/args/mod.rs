@@ -43,7 +43,7 @@ pub use listed::listed;
 pub use part::PartArgs;
 pub use sequence::SequenceArgs;
 pub use texmap::{ModelArgs, TexmapArgs};
-pub use tools::bench::{BenchArgs, BenchExtremesArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
+pub use tools::bench::{BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
 pub use tools::compare::CompareArgs;
 pub use tools::completions::{CompletionsArgs, ManArgs};
 pub use tools::info::{DemoArgs, InfoArgs};

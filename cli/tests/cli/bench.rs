@@ -79,16 +79,3 @@ fn tables_over_built_in_scenes_have_a_row_for_each_setting() {
         );
     }
 }
-
-#[test]
-fn every_extreme_is_within_its_bound() {
-    let bench = Bench::new();
-    let output = bench.run("bench extremes --share 1000 --quiet");
-    let text = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(0), "{text}{}", stderr(&output));
-    assert!(text.contains(" rows, 0 beyond their bounds"), "{text}");
-    assert!(
-        text.lines().filter(|line| line.starts_with("| ")).count() > 70,
-        "{text}"
-    );
-}

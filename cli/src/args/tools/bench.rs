@@ -32,16 +32,6 @@ pub enum BenchTable {
     Texture(BenchSceneArgs),
     /// Methods of warping a picture with depth, against the true view: error and cost
     Warp(BenchSceneArgs),
-    /// Pictures at the ends of what numbers hold, against slow references in f64; fails where one is beyond its bound
-    Extremes(BenchExtremesArgs),
-}
-
-/// Options of `resample bench extremes`.
-#[derive(Args, Clone, Debug)]
-pub struct BenchExtremesArgs {
-    /// In large tests, check only every Nth sample
-    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..=10_000))]
-    pub share: u16,
 }
 
 /// Options of the tables over built-in scenes.

@@ -3,7 +3,6 @@
 //! Every table is Markdown on stdout, headed by what a reader needs to compare it: version, date, machine, threads
 //! and settings. Times are medians over interleaved repetitions of one run, so that a disturbance hits every row.
 
-mod extremes;
 mod paper;
 mod scenes;
 mod settings;
@@ -22,7 +21,6 @@ pub(crate) fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<()> {
         BenchTable::Orders(args) => scenes::orders(args, verbosity)?,
         BenchTable::Texture(args) => scenes::texture(args, verbosity)?,
         BenchTable::Warp(args) => scenes::warp(args, verbosity)?,
-        BenchTable::Extremes(args) => return extremes::run(args),
     };
     report::print(&table)
 }

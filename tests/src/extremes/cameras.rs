@@ -1,6 +1,6 @@
 //! Cameras at extremes: fields of view, directions, and cameras that are refused.
 
-use anyhow::Result;
+use super::row::Result;
 use glam::{DAffine3, DMat3, DVec3};
 use resample_core::{Camera, LookAt};
 use volsplat::{RenderOptions, Renderer, Volume, Voxels};

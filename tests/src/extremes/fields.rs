@@ -1,6 +1,6 @@
 //! The trilinear field at extremes: units of length and of scalars, and eyes inside the volume.
 
-use anyhow::Result;
+use super::row::Result;
 use glam::{DAffine3, DVec3};
 use resample_core::Camera;
 use volsplat::transfer::{ColourKnot, OpacityKnot};

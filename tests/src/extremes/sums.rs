@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use anyhow::Result;
+use super::row::Result;
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, Kernel, KernelShape, LookAt, SelectMode};
 use volsplat::large::{Region, VoxelSource};

@@ -1,6 +1,6 @@
 //! Kernels at extremes: a few voxels as splats, against their line integrals in f64.
 
-use anyhow::Result;
+use super::row::Result;
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, Kernel, KernelShape, LookAt, SelectMode};
 use volsplat::transfer::{ColourKnot, OpacityKnot};

@@ -1,6 +1,6 @@
 //! Textured triangles at extremes: sizes, depths, textures.
 
-use anyhow::Result;
+use super::row::Result;
 use glam::{DMat2, DVec2, DVec3};
 use resample_core::{Camera, Image, LookAt};
 use texmap::scene::{

@@ -1,6 +1,6 @@
 //! Depth images at extremes: a plane across the view, seen from its own place and from others.
 
-use anyhow::Result;
+use super::row::Result;
 use glam::{DMat3, DVec3};
 use resample_core::{Camera, Image, Intrinsics, PixelCentre};
 use warp3d::{Method, Reference, WarpOptions, Warper};

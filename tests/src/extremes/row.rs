@@ -1,7 +1,10 @@
 //! Rows of the table: the drawn value, the true value, the bound of their difference, and the reason for it.
 
+/// The error of a scene that cannot be made.
+pub(super) type Result<T, E = Box<dyn std::error::Error>> = std::result::Result<T, E>;
+
 /// One extreme: the drawn value, the true value, and the bound of their difference.
-pub(super) struct Row {
+pub struct Row {
     quantity: &'static str,
     extreme: String,
     got: f64,
@@ -48,7 +51,11 @@ impl Claim {
     }
 
     /// A row of an error that must come before any work: 1 where it comes.
-    pub(super) fn refused<T, E>(&self, extreme: impl Into<String>, result: Result<T, E>) -> Row {
+    pub(super) fn refused<T, E>(
+        &self,
+        extreme: impl Into<String>,
+        result: std::result::Result<T, E>,
+    ) -> Row {
         self.row(extreme, [f64::from(u8::from(result.is_err())), 1.0])
     }
 }
@@ -58,11 +65,13 @@ impl Row {
         (self.got - self.truth).abs()
     }
 
-    pub(super) fn holds(&self) -> bool {
+    /// Returns true if the value is within its bound.
+    pub fn holds(&self) -> bool {
         self.got == self.truth || self.error() <= self.bound
     }
 
-    pub(super) fn line(&self) -> String {
+    /// The row in Markdown.
+    pub fn line(&self) -> String {
         let verdict = if self.holds() { "" } else { " **beyond**" };
         format!(
             "| {} | {} | {:.9e} | {:.9e} | {:.1e}{verdict} | {:.0e} | {} |\n",
