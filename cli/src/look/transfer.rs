@@ -1,4 +1,4 @@
-//! From what was typed to the transfer function, and to its part of the stats file's settings.
+//! From what was typed to the transfer function.
 //!
 //! Takes what was typed and the volume, gives the function, and the light and the blending that go with it where neither was
 //! typed. Where neither a file, a window, a preset nor a colour map is given, the data decide (`suggested.rs`). No file but the
@@ -7,13 +7,12 @@
 use std::path::Path;
 
 use anyhow::Result;
-use serde_json::{Value, json};
-use volsplat::transfer::{ColourMap, DataKind, FileLook, Histogram};
+use volsplat::transfer::{DataKind, FileLook, Histogram};
 use volsplat::{Described, TransferFunction};
 
 use crate::args::{TransferArgs, VolsplatArgs};
 use crate::look::suggested::Suggested;
-use crate::look::{Look, suggested, transfer_plot};
+use crate::look::{suggested, transfer_plot};
 use crate::output;
 use crate::output::{Depth, Format};
 use crate::process::report;
@@ -101,24 +100,6 @@ pub(crate) fn show(
     Ok(())
 }
 
-/// The transfer function's part of the settings in the stats file.
-pub(crate) fn record(args: &TransferArgs, look: &Look, volume: &dyn Described) -> Value {
-    let kind = look.suggested.kind;
-    let opacity_unit = look.options.opacity_unit;
-    json!({
-        "file": args.transfer.as_deref().map(report::name),
-        "space": args.transfer_space,
-        "rescaled": args.rescale_transfer,
-        "window": args.window.map(|window| [window.level, window.width]),
-        "preset": args.preset.map(|preset| preset.name()),
-        "colormap": colour_map(args, kind).map(|map| map.name()),
-        "taken_for": kind.map(suggested::name),
-        "shown_in": args.show_transfer.as_deref().map(report::name),
-        "opacity_scale": args.opacity_scale,
-        "opacity_unit": opacity_unit.unwrap_or_else(|| volume.lattice().smallest_spacing()),
-    })
-}
-
 fn unscaled(args: &TransferArgs, volume: &dyn Described) -> Result<TransferFunction> {
     let map = args.colormap.unwrap_or_default();
     if let Some(preset) = args.preset {
@@ -128,13 +109,4 @@ fn unscaled(args: &TransferArgs, volume: &dyn Described) -> Result<TransferFunct
         Some(window) => TransferFunction::window(window.level, window.width, map)?,
         None => TransferFunction::automatic(&volume.histogram(), map),
     })
-}
-
-/// The named colour map that is used, if one is.
-fn colour_map(args: &TransferArgs, kind: Option<DataKind>) -> Option<ColourMap> {
-    let is_mapped = matches!(kind, None | Some(DataKind::Field));
-    if args.transfer.is_some() || args.preset.is_some() || !is_mapped {
-        return None;
-    }
-    Some(args.colormap.unwrap_or_default())
 }

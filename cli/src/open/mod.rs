@@ -10,6 +10,8 @@ pub(crate) mod mesh;
 pub(crate) mod depth;
 pub mod memory;
 
+use std::any::Any;
+
 use anyhow::{Result, bail};
 use glam::DVec3;
 use resample_core::{Camera, Image, Stop};
@@ -63,7 +65,8 @@ impl Opened {
 
     /// The volume, if it is one.
     pub(crate) fn volume(&self) -> Option<&OpenVolume> {
-        self.scene.volume()
+        let scene: &dyn Any = &*self.scene;
+        scene.downcast_ref()
     }
 
     /// The bounding box of the visible part, world units: its least and its greatest corner. `None` for depth images.

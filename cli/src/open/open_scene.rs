@@ -2,12 +2,13 @@
 //!
 //! A fourth application implements [`OpenScene`], and is read in [`super::Opened::read`].
 
+use std::any::Any;
+
 use anyhow::Result;
 use glam::DVec3;
 use resample_core::{Camera, Stop};
 use serde_json::Value;
 
-use super::volume::OpenVolume;
 use crate::args::Drawing;
 use crate::cameras::picked_point;
 use crate::open::setting::Setting;
@@ -17,7 +18,7 @@ use crate::picture::bands::Window;
 use crate::plan::{Change, RunLog};
 
 /// A scene whose files are read.
-pub(crate) trait OpenScene: Send {
+pub(crate) trait OpenScene: Any + Send + Sync {
     /// One camera per picture.
     fn cameras(&self) -> &[Camera];
 
@@ -68,11 +69,6 @@ pub(crate) trait OpenScene: Send {
     fn probe(&mut self, pixel: &Camera) -> Result<Option<Probed>> {
         let world = picked_point::in_world(pixel, &self.draw(pixel)?.image);
         Ok(world.map(Probed::of_surface))
-    }
-
-    /// The volume, if it is one.
-    fn volume(&self) -> Option<&OpenVolume> {
-        None
     }
 
     /// Draws and writes all pictures, and reports; `planned` goes into the stats file.

@@ -3,7 +3,6 @@
 use resample_core::Image;
 
 use super::ladder::Rung;
-use super::pilot::Scene;
 use super::windows::COVERED;
 use crate::measure::Rendered;
 use crate::open::setting::Setting;
@@ -47,8 +46,8 @@ impl Candidate {
 
     /// The work of a picture or a part of it. A volume's counts grow with the setting; those of meshes and warps are of pixels,
     /// each of which takes the work of the rung.
-    pub(super) fn work(&self, scene: &Scene, cost: &Cost) -> Work {
-        let each = match scene.typed {
+    pub(super) fn work(&self, typed: &Setting, cost: &Cost) -> Work {
+        let each = match typed {
             Setting::Volume(_) => 1.0,
             Setting::Mesh(_) | Setting::Depth(_) => self.rung.work,
         };

@@ -251,7 +251,7 @@ impl Pilot {
         camera: &Camera,
     ) -> Result<(Rendered, Work)> {
         let seen = measure::rendered(scene.opened, camera)?;
-        let work = candidate.work(scene, &seen.cost);
+        let work = candidate.work(&scene.typed, &seen.cost);
         self.cpu_ms += seen.time.cpu_ms;
         self.work += work.growing + work.fixed;
         Ok((seen, work))

@@ -9,7 +9,7 @@ use resample_tests::volumes::scenes::{
     coloured, full, orthographic, perspective, random_volume, worst_difference,
 };
 use volsplat::procedural::blobs;
-use volsplat::{DepthPlane, FieldOptions, RenderOptions, Renderer, Subpixels, Volume};
+use volsplat::{DepthPlane, RenderOptions, Renderer, Subpixels, Volume};
 
 const MODES: [SelectMode; 4] = [
     SelectMode::Hybrid,
@@ -165,7 +165,7 @@ fn a_frame_fits_an_eighth_of_a_threads_stack() {
     };
     let field = RenderOptions {
         subpixels: Subpixels::Fixed(8),
-        ..RenderOptions::of_field(FieldOptions::default())
+        ..RenderOptions::default()
     };
     let kernels = RenderOptions::kernel_sheets();
     for options in [field, options(SelectMode::Hybrid), kernels] {

@@ -128,10 +128,6 @@ impl OpenScene for OpenVolume {
         }))
     }
 
-    fn volume(&self) -> Option<&OpenVolume> {
-        Some(self)
-    }
-
     fn finish(self: Box<Self>, planned: Option<Value>, log: RunLog) -> Result<()> {
         let open = *self;
         if open.args.sequence.part.tile.is_some() && !open.is_field() {

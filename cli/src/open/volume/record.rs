@@ -2,10 +2,11 @@
 
 use serde_json::{Value, json};
 use volsplat::Described;
+use volsplat::transfer::{ColourMap, DataKind};
 
-use crate::args::VolsplatArgs;
+use crate::args::{TransferArgs, VolsplatArgs};
 use crate::cameras::framing;
-use crate::look::{Look, transfer};
+use crate::look::{Look, suggested};
 use crate::open::volume::scene;
 use crate::output::Format;
 use crate::plan;
@@ -23,7 +24,7 @@ pub(crate) fn record(
     let stance = framing::volume::stance(volume, args.camera.up.map(|axis| axis.direction));
     json!({
         "volume": volume_record(args, volume),
-        "transfer": transfer::record(&args.transfer, look, volume),
+        "transfer": transfer_record(&args.transfer, look, volume),
         "scene": scene::record(&args.scene),
         "camera": plan::camera_record(request, stance),
         "render": look.options,
@@ -47,4 +48,31 @@ fn volume_record(args: &VolsplatArgs, volume: &dyn Described) -> Value {
         "max_memory_bytes": args.volume.reading.max_memory,
         "rescaled_by": args.volume.rescale_values,
     })
+}
+
+/// The transfer function's part of the settings in the stats file.
+fn transfer_record(args: &TransferArgs, look: &Look, volume: &dyn Described) -> Value {
+    let kind = look.suggested.kind;
+    let opacity_unit = look.options.opacity_unit;
+    json!({
+        "file": args.transfer.as_deref().map(report::name),
+        "space": args.transfer_space,
+        "rescaled": args.rescale_transfer,
+        "window": args.window.map(|window| [window.level, window.width]),
+        "preset": args.preset.map(|preset| preset.name()),
+        "colormap": colour_map(args, kind).map(|map| map.name()),
+        "taken_for": kind.map(suggested::name),
+        "shown_in": args.show_transfer.as_deref().map(report::name),
+        "opacity_scale": args.opacity_scale,
+        "opacity_unit": opacity_unit.unwrap_or_else(|| volume.lattice().smallest_spacing()),
+    })
+}
+
+/// The named colour map that is used, if one is.
+fn colour_map(args: &TransferArgs, kind: Option<DataKind>) -> Option<ColourMap> {
+    let is_mapped = matches!(kind, None | Some(DataKind::Field));
+    if args.transfer.is_some() || args.preset.is_some() || !is_mapped {
+        return None;
+    }
+    Some(args.colormap.unwrap_or_default())
 }

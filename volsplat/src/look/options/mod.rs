@@ -97,14 +97,6 @@ impl Default for RenderOptions {
 }
 
 impl RenderOptions {
-    /// The field with these choices, and the default of every other choice.
-    pub fn of_field(field: FieldOptions) -> Self {
-        Self {
-            order: Order::Field(field),
-            ..Self::default()
-        }
-    }
-
     /// Samples with these choices, and the default of every other choice.
     pub fn of_samples(samples: SampleOptions) -> Self {
         Self {

@@ -111,19 +111,8 @@ impl TransferFunction {
         };
         let mixed =
             low.opacity + share_of(value, low.value, high.value) * (high.opacity - low.opacity);
-        // Rounding must not lift it above the knots, or `max_opacity_in` would not bound it.
+        // Rounding must not lift it above the knots, which bound it.
         mixed.clamp(low.opacity.min(high.opacity), low.opacity.max(high.opacity))
-    }
-
-    /// The greatest opacity of the scalars `low..=high`, exactly (just below a step counts as its lower side).
-    pub fn max_opacity_in(&self, low: f64, high: f64) -> f64 {
-        // A knot at `low` holds below it, unless it is the last one there: that one is `opacity(low)`.
-        let first = self.opacities.partition_point(|knot| knot.value <= low);
-        let inside = self.opacities[first..]
-            .iter()
-            .take_while(|knot| knot.value <= high);
-        let ends = self.opacity(low).max(self.opacity(high));
-        inside.fold(ends, |greatest, knot| greatest.max(knot.opacity))
     }
 
     /// The least closed interval of scalars outside which the opacity is 0; `None` if it is 0 everywhere.

@@ -65,43 +65,6 @@ fn the_upper_side_of_a_step_holds_from_its_value_on() {
 }
 
 #[test]
-fn the_greatest_opacity_equals_a_dense_search() {
-    let function = function(&[
-        (0.0, 0.1),
-        (2.0, 0.6),
-        (3.0, 0.0),
-        (5.0, 0.0),
-        (5.0, 0.9),
-        (7.0, 0.2),
-    ]);
-    let places: Vec<f64> = (-4..=36).map(|quarter| f64::from(quarter) / 4.0).collect();
-    for (n, &low) in places.iter().enumerate() {
-        for &high in &places[n..] {
-            let steps = ((high - low) * 32.0) as i32;
-            let searched = (0..=steps)
-                .map(|s| function.opacity(low + f64::from(s) / 32.0))
-                .fold(0.0, f64::max);
-            assert_eq!(
-                function.max_opacity_in(low, high),
-                searched,
-                "{low}..{high}"
-            );
-        }
-    }
-}
-
-#[test]
-fn a_falling_step_counts_with_its_lower_side_only_below_it() {
-    let function = function(&[(0.0, 1.0), (5.0, 1.0), (5.0, 0.0)]);
-    assert_eq!(
-        function.max_opacity_in(5.0, 9.0),
-        0.0,
-        "from the step on nothing is seen"
-    );
-    assert_eq!(function.max_opacity_in(4.9, 5.0), 1.0);
-}
-
-#[test]
 fn the_visible_range_is_the_least_interval() {
     assert_eq!(
         function(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.5), (3.0, 0.0), (9.0, 0.0)]).visible_range(),
