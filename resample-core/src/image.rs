@@ -31,6 +31,13 @@ pub struct Plane {
 
 impl Image {
     /// A transparent picture without depth or extra planes.
+    ///
+    /// ```
+    /// use resample_core::Image;
+    ///
+    /// let image = Image::transparent(2, 1);
+    /// assert_eq!(image.pixel(1, 0), [0.0; 4]);
+    /// ```
     pub fn transparent(width: usize, height: usize) -> Self {
         Self {
             width,
@@ -109,6 +116,13 @@ impl Image {
     }
 
     /// The picture laid over an opaque background (linear RGB); alpha becomes 1.
+    ///
+    /// ```
+    /// use resample_core::Image;
+    ///
+    /// let image = Image::transparent(2, 1).over_background([0.25; 3]);
+    /// assert_eq!(image.pixel(0, 0), [0.25, 0.25, 0.25, 1.0]);
+    /// ```
     pub fn over_background(mut self, background: [f32; 3]) -> Self {
         for pixel in &mut self.rgba {
             let transmittance = 1.0 - pixel[3];
@@ -164,6 +178,14 @@ pub fn srgb_from_linear(linear: f32) -> f32 {
 }
 
 /// The inverse of [`srgb_from_linear`].
+///
+/// ```
+/// use resample_core::image::{linear_from_srgb, srgb_from_linear};
+///
+/// let light = linear_from_srgb(0.5);
+/// assert!((light - 0.214).abs() < 1e-3);
+/// assert!((srgb_from_linear(light) - 0.5).abs() < 1e-6);
+/// ```
 pub fn linear_from_srgb(encoded: f32) -> f32 {
     let encoded = if encoded > 0.0 { encoded.min(1.0) } else { 0.0 };
     if encoded <= 0.040_45 {

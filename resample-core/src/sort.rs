@@ -19,6 +19,12 @@ const DIGIT_BITS: u32 = 8;
 const DIGITS: usize = 1 << DIGIT_BITS;
 
 /// The sort key of a depth (finite, not negative).
+///
+/// ```
+/// use resample_core::sort::depth_key;
+///
+/// assert!(depth_key(1.0) < depth_key(1.5));
+/// ```
 pub fn depth_key(depth: f32) -> u32 {
     // Adding 0 turns -0, whose bits would sort last, into 0.
     (depth + 0.0).to_bits()

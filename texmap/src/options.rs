@@ -92,6 +92,12 @@ pub enum Method {
 
 impl Method {
     /// Every method, forward ones first.
+    ///
+    /// ```
+    /// use texmap::Method;
+    ///
+    /// assert_eq!(Method::ALL[0], Method::Hybrid);
+    /// ```
     pub const ALL: [Self; 6] = [
         Self::Hybrid,
         Self::Point,
@@ -175,6 +181,13 @@ impl RenderOptions {
     ///
     /// # Errors
     /// [`Error::Option`] names the choice and its range.
+    ///
+    /// ```
+    /// use texmap::RenderOptions;
+    ///
+    /// assert!(RenderOptions::default().validate().is_ok());
+    /// assert!(RenderOptions { subpixels: 5, ..RenderOptions::default() }.validate().is_err());
+    /// ```
     pub fn validate(&self) -> Result<(), Error> {
         if ![1, 2, 3, 4, 8].contains(&self.subpixels) {
             return Err(Error::Option(format!(
@@ -198,6 +211,13 @@ impl RenderOptions {
     }
 
     /// Returns true if the picture carries this plane.
+    ///
+    /// ```
+    /// use texmap::{PlaneKind, RenderOptions};
+    ///
+    /// let options = RenderOptions { planes: vec![PlaneKind::Depth], ..RenderOptions::default() };
+    /// assert!(options.has(PlaneKind::Depth) && !options.has(PlaneKind::Normal));
+    /// ```
     pub fn has(&self, plane: PlaneKind) -> bool {
         self.planes.contains(&plane)
     }

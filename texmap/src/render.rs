@@ -43,6 +43,21 @@ impl Renderer {
     ///
     /// # Errors
     /// [`Error::Option`] if an option is outside its range.
+    ///
+    /// ```
+    /// use texmap::{RenderOptions, Renderer};
+    ///
+    /// # use texmap::scene::{Material, Mesh};
+    /// # let mesh = Mesh {
+    /// #     positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]],
+    /// #     triangles: vec![[0, 1, 2]],
+    /// #     ..Mesh::default()
+    /// # };
+    /// # let scene = texmap::Scene { meshes: vec![mesh], materials: vec![Material::default()], ..Default::default() };
+    /// let wrong = RenderOptions { subpixels: 5, ..RenderOptions::default() };
+    /// assert!(Renderer::new(&scene, &wrong).is_err());
+    /// assert!(Renderer::new(&scene, &RenderOptions::default()).is_ok());
+    /// ```
     pub fn new(scene: &Scene, options: &RenderOptions) -> Result<Self, Error> {
         options.validate()?;
         Ok(Self {
@@ -57,6 +72,24 @@ impl Renderer {
     ///
     /// # Errors
     /// [`Error::Option`] if an option is outside its range.
+    ///
+    /// ```
+    /// use texmap::{RenderOptions, Renderer, Reuse, Shade};
+    ///
+    /// # use texmap::scene::{Material, Mesh};
+    /// # let mesh = Mesh {
+    /// #     positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]],
+    /// #     triangles: vec![[0, 1, 2]],
+    /// #     ..Mesh::default()
+    /// # };
+    /// # let scene = texmap::Scene { meshes: vec![mesh], materials: vec![Material::default()], ..Default::default() };
+    /// let mut renderer = Renderer::new(&scene, &RenderOptions::default())?;
+    /// let fewer = RenderOptions { subpixels: 2, ..RenderOptions::default() };
+    /// assert_eq!(renderer.update(&fewer)?, Reuse::Kept);
+    /// let unlit = RenderOptions { shade: Shade::Unlit, ..RenderOptions::default() };
+    /// assert_eq!(renderer.update(&unlit)?, Reuse::NeedsRenderer);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn update(&mut self, options: &RenderOptions) -> Result<Reuse, Error> {
         options.validate()?;
         // The preparation depends on the shading alone; an option that is not named here counts as a part of it.
@@ -76,6 +109,22 @@ impl Renderer {
     }
 
     /// The box, in the world, of the vertices that triangles use; `None` without triangles.
+    ///
+    /// ```
+    /// use texmap::{RenderOptions, Renderer};
+    ///
+    /// # use texmap::scene::{Material, Mesh};
+    /// # let mesh = Mesh {
+    /// #     positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]],
+    /// #     triangles: vec![[0, 1, 2]],
+    /// #     ..Mesh::default()
+    /// # };
+    /// # let scene = texmap::Scene { meshes: vec![mesh], materials: vec![Material::default()], ..Default::default() };
+    /// let renderer = Renderer::new(&scene, &RenderOptions::default())?;
+    /// let [low, high] = renderer.bounds_in_world().ok_or("no triangles")?;
+    /// assert_eq!((low.x, high.y), (-1.0, 1.0));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
         self.bounds_in_world
     }
@@ -84,6 +133,28 @@ impl Renderer {
     ///
     /// # Errors
     /// [`Error::Option`] if the camera is invalid.
+    ///
+    /// ```
+    /// use texmap::{RenderOptions, Renderer};
+    ///
+    /// # use texmap::scene::{Material, Mesh};
+    /// # let mesh = Mesh {
+    /// #     positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]],
+    /// #     triangles: vec![[0, 1, 2]],
+    /// #     ..Mesh::default()
+    /// # };
+    /// # let scene = texmap::Scene { meshes: vec![mesh], materials: vec![Material::default()], ..Default::default() };
+    /// # let pose = resample_core::LookAt {
+    /// #     position: [0.0, 0.0, 4.0].into(),
+    /// #     target: [0.0; 3].into(),
+    /// #     up: [0.0, 1.0, 0.0].into(),
+    /// # };
+    /// # let camera = resample_core::Camera::perspective(&pose, 0.8, [64, 48])?;
+    /// let mut renderer = Renderer::new(&scene, &RenderOptions::default())?;
+    /// let frame = renderer.render(&camera)?;
+    /// assert_eq!(frame.stats.triangles, 1);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
         let whole = [camera.width as usize, camera.height as usize];
         self.render_window(camera, [0, 0], whole)
@@ -93,6 +164,29 @@ impl Renderer {
     ///
     /// # Errors
     /// [`Error::Option`] if the camera is invalid, or the window is not inside or does not begin at a multiple of 16 pixels.
+    ///
+    /// ```
+    /// use texmap::{RenderOptions, Renderer};
+    ///
+    /// # use texmap::scene::{Material, Mesh};
+    /// # let mesh = Mesh {
+    /// #     positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]],
+    /// #     triangles: vec![[0, 1, 2]],
+    /// #     ..Mesh::default()
+    /// # };
+    /// # let scene = texmap::Scene { meshes: vec![mesh], materials: vec![Material::default()], ..Default::default() };
+    /// # let pose = resample_core::LookAt {
+    /// #     position: [0.0, 0.0, 4.0].into(),
+    /// #     target: [0.0; 3].into(),
+    /// #     up: [0.0, 1.0, 0.0].into(),
+    /// # };
+    /// # let camera = resample_core::Camera::perspective(&pose, 0.8, [64, 48])?;
+    /// let mut renderer = Renderer::new(&scene, &RenderOptions::default())?;
+    /// let whole = renderer.render(&camera)?.image;
+    /// let window = renderer.render_window(&camera, [32, 16], [20, 10])?.image;
+    /// assert_eq!(window.pixel(3, 4), whole.pixel(35, 20));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn render_window(
         &mut self,
         camera: &Camera,

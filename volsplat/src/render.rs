@@ -219,6 +219,18 @@ impl Renderer {
     /// shows: the field of one channel of scalars, prepared with a function that shows as much. One prepared
     /// with a mean of several functions ([`TransferFunction::mixed`]) takes each of them. Counts and
     /// [`Renderer::visible_bounds_in_world`] stay those of the function that it was prepared with.
+    ///
+    /// ```
+    /// use volsplat::volume::procedural::blobs;
+    /// use volsplat::{ColourMap, Described, RenderOptions, Renderer, Reuse, TransferFunction};
+    ///
+    /// let volume = blobs(16)?;
+    /// let function = TransferFunction::automatic(&volume.histogram(), ColourMap::default());
+    /// let mut renderer = Renderer::new(&volume, &function, &RenderOptions::default())?;
+    /// let greys = TransferFunction::automatic(&volume.histogram(), ColourMap::greys());
+    /// assert_ne!(renderer.update_transfer(&greys), Reuse::NeedsRenderer);
+    /// # Ok::<(), volsplat::Error>(())
+    /// ```
     pub fn update_transfer(&mut self, transfer: &TransferFunction) -> Reuse {
         match &mut self.pipeline {
             Pipeline::Samples(_) | Pipeline::Sheets(_) => Reuse::NeedsRenderer,

@@ -126,6 +126,17 @@ fn with_small_buffers(bytes: u64) -> u64 {
 }
 
 /// Bytes that drawing `references` of these sizes into a picture of `target` takes at most.
+///
+/// ```
+/// use warp3d::WarpOptions;
+/// use warp3d::memory::{ReferenceSize, bytes_needed};
+///
+/// let needed = |side| {
+///     let size = ReferenceSize::of_floats([side, side]);
+///     bytes_needed(&[size], [640, 480], &WarpOptions::default())
+/// };
+/// assert!(needed(4096) > needed(1024));
+/// ```
 pub fn bytes_needed(references: &[ReferenceSize], target: [u32; 2], options: &WarpOptions) -> u64 {
     let of = |reference: &ReferenceSize| Samples {
         count: reference.samples(),

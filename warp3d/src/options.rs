@@ -227,6 +227,13 @@ impl Method {
 
 impl WarpOptions {
     /// The method, with the default of every other choice.
+    ///
+    /// ```
+    /// use warp3d::{Method, Visibility, WarpOptions};
+    ///
+    /// let nearest = Method::Nearest { visibility: Visibility::ZBuffer };
+    /// assert!(WarpOptions::with_method(nearest).validate().is_ok());
+    /// ```
     pub fn with_method(method: Method) -> Self {
         Self {
             method,

@@ -29,6 +29,13 @@ const MAX_TEXT_BYTES: u64 = 256 << 20;
 
 impl Part {
     /// Splits `FILE#NAME` at the last `#`; a file whose own name holds it wins.
+    ///
+    /// ```
+    /// use resample_io::files::Part;
+    ///
+    /// let part = Part::from_text("view.exr#depth");
+    /// assert_eq!(part.name.as_deref(), Some("depth"));
+    /// ```
     pub fn from_text(text: &str) -> Self {
         match text.rsplit_once('#') {
             Some((path, name))
@@ -141,6 +148,14 @@ pub fn read_small(path: &Path, most: u64) -> std::io::Result<Vec<u8>> {
 /// Checks a claimed picture size against [`MAX_PIXELS`] and against what a file of this length can unpack to.
 ///
 /// `most_per_byte` is the largest number of pixels that one byte of the format can stand for.
+///
+/// ```
+/// use resample_io::files::check_claim;
+///
+/// // A file of 100 bytes whose bytes stand for 1000 pixels at most.
+/// assert!(check_claim(100, 100, 100, 1000).is_ok());
+/// assert!(check_claim(10_000, 10_000, 100, 1000).is_err());
+/// ```
 pub fn check_claim(
     width: u64,
     height: u64,

@@ -70,6 +70,14 @@ impl PartialEq for Gate {
 
 impl Gate {
     /// A gate with a budget in bytes; without one, it is three quarters of the memory that this process may use.
+    ///
+    /// ```
+    /// use resample_io::{Gate, Outside};
+    ///
+    /// let gate = Gate::new(Outside::Refused, Some(1_000_000));
+    /// assert!(gate.ask(2_000_000, "a large array").is_err());
+    /// assert!(gate.ask(500_000, "a small array").is_ok());
+    /// ```
     pub fn new(outside: Outside, max_memory: Option<u64>) -> Self {
         let budget =
             max_memory.map_or_else(|| Budget::Usual(memory::usual_budget()), Budget::Given);
@@ -112,6 +120,14 @@ impl Gate {
     }
 
     /// Remarks on what a reader had to decide, for the person who reads the file; each is kept once.
+    ///
+    /// ```
+    /// use resample_io::Gate;
+    ///
+    /// let gate = Gate::default();
+    /// gate.remark("a.nrrd: one axis is mirrored".to_owned());
+    /// assert_eq!(gate.remarks().len(), 1);
+    /// ```
     pub fn remark(&self, text: String) {
         let mut remarks = self.remarks.lock().unwrap_or_else(PoisonError::into_inner);
         if !remarks.contains(&text) {
@@ -132,6 +148,12 @@ impl Gate {
     }
 
     /// The memory that the user allowed, bytes.
+    ///
+    /// ```
+    /// use resample_io::Gate;
+    ///
+    /// assert_eq!(Gate::default().given_memory(), None);
+    /// ```
     pub fn given_memory(&self) -> Option<u64> {
         match self.budget {
             Budget::Usual(_) => None,

@@ -15,6 +15,13 @@ pub fn usual_budget() -> u64 {
 }
 
 /// A number of bytes as people write it.
+///
+/// ```
+/// use resample_io::memory::human;
+///
+/// assert_eq!(human(512), "512 bytes");
+/// assert_eq!(human(3_500_000), "3.5 MB");
+/// ```
 pub fn human(bytes: u64) -> String {
     match bytes {
         0..1_000 => format!("{bytes} bytes"),

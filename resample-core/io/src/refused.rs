@@ -23,6 +23,12 @@ impl std::fmt::Display for Refused {
 }
 
 /// The start of a text, short enough for a message.
+///
+/// ```
+/// use resample_io::refused::excerpt;
+///
+/// assert_eq!(excerpt(&"x".repeat(1000)).len(), 60);
+/// ```
 pub fn excerpt(text: &str) -> String {
     text.chars().take(60).collect()
 }

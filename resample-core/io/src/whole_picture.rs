@@ -51,6 +51,13 @@ pub enum Pixels {
 ///
 /// # Errors
 /// The fault of the content: no known format, a size that cannot be, or data that cannot be decoded.
+///
+/// ```
+/// use resample_io::Gate;
+/// use resample_io::whole_picture::decode;
+///
+/// assert!(decode(b"no picture", None, &Gate::default()).is_err());
+/// ```
 pub fn decode(
     bytes: &[u8],
     format: Option<ImageFormat>,

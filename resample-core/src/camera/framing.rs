@@ -22,6 +22,20 @@ impl Framing {
     /// A perspective camera that shows the box between two corners.
     ///
     /// [`CameraError`] where the box is empty or the direction, the lens or the size are none.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use resample_core::Framing;
+    ///
+    /// let framing = Framing {
+    ///     towards_eye: DVec3::Z,
+    ///     up: DVec3::Y,
+    ///     fov_y_rad: 0.5,
+    /// };
+    /// let camera = framing.camera([DVec3::ZERO, DVec3::ONE], [64, 64])?;
+    /// assert!(camera.eye_in_world().z > 1.0);
+    /// # Ok::<(), resample_core::CameraError>(())
+    /// ```
     pub fn camera(&self, [low, high]: [DVec3; 2], size: [u32; 2]) -> Result<Camera, CameraError> {
         let middle = 0.5 * (low + high);
         let radius = 0.5 * (high - low).length();

@@ -134,6 +134,19 @@ const ROTATION_TOLERANCE: f64 = 1e-4;
 
 impl Camera {
     /// A perspective camera at `pose`, with a vertical field of view in radians and square pixels.
+    ///
+    /// ```
+    /// use resample_core::{Camera, LookAt};
+    ///
+    /// let pose = LookAt {
+    ///     position: [0.0, 0.0, 4.0].into(),
+    ///     target: [0.0; 3].into(),
+    ///     up: [0.0, 1.0, 0.0].into(),
+    /// };
+    /// let camera = Camera::perspective(&pose, 0.8, [640, 480])?;
+    /// assert!((camera.eye_in_world().z - 4.0).abs() < 1e-12);
+    /// # Ok::<(), resample_core::CameraError>(())
+    /// ```
     pub fn perspective(pose: &LookAt, fov_y_rad: f64, size: [u32; 2]) -> Result<Self, CameraError> {
         if !(fov_y_rad > 0.0 && fov_y_rad < std::f64::consts::PI) {
             let expected = "an angle above 0 and below 180 degrees (given in radians)";
@@ -148,6 +161,20 @@ impl Camera {
     }
 
     /// An orthographic camera at `pose`; the picture is `height_in_world` world units high, pixels are square.
+    ///
+    /// ```
+    /// use resample_core::{Camera, LookAt};
+    ///
+    /// let pose = LookAt {
+    ///     position: [0.0, 0.0, 4.0].into(),
+    ///     target: [0.0; 3].into(),
+    ///     up: [0.0, 1.0, 0.0].into(),
+    /// };
+    /// // Two world units over 480 rows.
+    /// let camera = Camera::orthographic(&pose, 2.0, [640, 480])?;
+    /// assert_eq!(camera.fy, 240.0);
+    /// # Ok::<(), resample_core::CameraError>(())
+    /// ```
     pub fn orthographic(
         pose: &LookAt,
         height_in_world: f64,
@@ -308,6 +335,20 @@ impl Camera {
     }
 
     /// The screen position (px) of a point given in camera space, whatever its sign of z.
+    ///
+    /// ```
+    /// use resample_core::{Camera, LookAt};
+    ///
+    /// let pose = LookAt {
+    ///     position: [0.0, 0.0, 4.0].into(),
+    ///     target: [0.0; 3].into(),
+    ///     up: [0.0, 1.0, 0.0].into(),
+    /// };
+    /// let camera = Camera::perspective(&pose, 0.8, [640, 480])?;
+    /// let middle = camera.screen_from_camera([0.0, 0.0, 3.0].into());
+    /// assert_eq!(middle.to_array(), [320.0, 240.0]);
+    /// # Ok::<(), resample_core::CameraError>(())
+    /// ```
     pub fn screen_from_camera(&self, pos_in_camera: DVec3) -> DVec2 {
         let on_plane = match self.projection {
             Projection::Perspective => pos_in_camera.truncate() / pos_in_camera.z,

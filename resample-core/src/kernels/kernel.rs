@@ -79,6 +79,14 @@ impl Kernel {
     }
 
     /// The kernel's value at a squared distance (grid units squared) from its centre.
+    ///
+    /// ```
+    /// use resample_core::{Kernel, KernelShape};
+    ///
+    /// let kernel = Kernel::new(KernelShape::BSpline);
+    /// assert!(kernel.value(0.0) > kernel.value(1.0));
+    /// assert_eq!(kernel.value(kernel.radius().powi(2)), 0.0);
+    /// ```
     pub fn value(&self, distance2: f64) -> f64 {
         if distance2 >= self.radius * self.radius {
             return 0.0;

@@ -36,6 +36,17 @@ pub struct Surroundings {
 }
 
 /// Triangles of one material, along the axes of the world.
+///
+/// ```
+/// use resample_mesh::scene::Mesh;
+///
+/// let mesh = Mesh {
+///     positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+///     triangles: vec![[0, 1, 2]],
+///     ..Mesh::default()
+/// };
+/// assert!(mesh.normals.is_empty(), "the triangle is flat");
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     /// Name in the file, for messages; may be empty.
@@ -58,6 +69,17 @@ pub struct Mesh {
 }
 
 /// The appearance of a surface.
+///
+/// ```
+/// use resample_mesh::scene::{Lighting, Material, Physical};
+///
+/// let brass = Material {
+///     base_colour: [0.8, 0.6, 0.2, 1.0],
+///     physical: Some(Physical { metal: 1.0, roughness: 0.3, ..Physical::default() }),
+///     ..Material::default()
+/// };
+/// assert_eq!(brass.lighting, Lighting::Lit);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Material {
     /// Name in the file, for messages; may be empty.
@@ -81,6 +103,13 @@ pub struct Material {
 }
 
 /// Metal, roughness, and the maps of light.
+///
+/// ```
+/// use resample_mesh::scene::Physical;
+///
+/// let matt = Physical::default();
+/// assert_eq!((matt.metal, matt.roughness), (0.0, 1.0));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Physical {
     /// 0 for a dielectric, 1 for a metal; a factor of the map's blue.
@@ -215,6 +244,18 @@ pub struct Texture {
 
 impl Texture {
     /// The memory that its texels take, bytes.
+    ///
+    /// ```
+    /// use resample_mesh::scene::{Texels, Texture};
+    ///
+    /// let texture = Texture {
+    ///     name: "grey".to_owned(),
+    ///     width: 2,
+    ///     height: 2,
+    ///     texels: Texels::Srgb8(vec![[128; 4]; 4].into()),
+    /// };
+    /// assert_eq!(texture.bytes(), 16);
+    /// ```
     pub fn bytes(&self) -> u64 {
         match &self.texels {
             Texels::Srgb8(texels) => size_of_val(texels.as_slice()) as u64,

@@ -42,6 +42,13 @@ const INK: [u8; 4] = [20, 60, 130, 255];
 
 impl Textures {
     /// The scene with these textures.
+    ///
+    /// ```
+    /// use texmap::{Scene, Textures};
+    ///
+    /// let bare = Textures::LeftOut.applied_to(Scene::default());
+    /// assert!(bare.textures.is_empty());
+    /// ```
     #[must_use]
     pub fn applied_to(self, mut scene: Scene) -> Scene {
         match self {

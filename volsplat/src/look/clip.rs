@@ -75,6 +75,18 @@ const INSIDE_MARGIN: f64 = 1e-6;
 
 impl Clip {
     /// Checks every number; [`Error::Option`] says which one is wrong.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use volsplat::{Clip, ClipPlane};
+    ///
+    /// // Keep the half with x of 3 and more.
+    /// let half = ClipPlane { normal: DVec3::X, offset: 3.0 };
+    /// let clip = Clip { planes: vec![half], ..Clip::default() };
+    /// assert!(clip.validate().is_ok());
+    /// let many = Clip { planes: vec![half; 7], ..Clip::default() };
+    /// assert!(many.validate().is_err());
+    /// ```
     pub fn validate(&self) -> Result<(), Error> {
         for (name, corners) in [
             ("the box in the world", self.crop_in_world),

@@ -96,6 +96,16 @@ pub struct DepthMeaning {
 
 impl DepthMeaning {
     /// Numbers of `kind` with nothing else said.
+    ///
+    /// ```
+    /// use warp3d::input::{DepthKind, DepthMeaning};
+    ///
+    /// let inverse = DepthMeaning {
+    ///     scale: Some(1000.0),
+    ///     ..DepthMeaning::of(DepthKind::Inverse)
+    /// };
+    /// assert_eq!(inverse.baseline, None);
+    /// ```
     pub fn of(kind: DepthKind) -> Self {
         Self {
             kind,

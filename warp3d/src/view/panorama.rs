@@ -23,6 +23,12 @@ const FACES: [[DVec3; 3]; 6] = [
 const FACE_SCALE: f64 = 1.25;
 
 /// Focal length, px, of the faces that hold a panorama of this size.
+///
+/// ```
+/// use warp3d::panorama::focal_px;
+///
+/// assert!(focal_px([4096, 2048]) > 4096.0 / std::f64::consts::TAU);
+/// ```
 pub fn focal_px(size: [u32; 2]) -> f64 {
     let [per_longitude, per_latitude] = [f64::from(size[0]) / TAU, f64::from(size[1]) / PI];
     FACE_SCALE * per_longitude.max(per_latitude)
@@ -45,6 +51,15 @@ pub fn faces(camera_from_world: DAffine3, near: f64, focal_px: f64, margin_px: f
 }
 
 /// The face that a direction meets, and where on its plane at distance 1.
+///
+/// ```
+/// use glam::DVec3;
+/// use warp3d::panorama::face_of;
+///
+/// let (ahead, _) = face_of(DVec3::Z);
+/// let (back, _) = face_of(-DVec3::Z);
+/// assert_ne!(ahead, back);
+/// ```
 pub fn face_of(towards: DVec3) -> (usize, DVec2) {
     let ahead = |face: usize| towards.dot(FACES[face][2]);
     let face = (0..6)
@@ -56,6 +71,16 @@ pub fn face_of(towards: DVec3) -> (usize, DVec2) {
 }
 
 /// The direction of a position in a panorama, px.
+///
+/// ```
+/// use glam::{DVec2, DVec3};
+/// use warp3d::panorama::{direction, position};
+///
+/// let size = [400, 200];
+/// let ahead = direction(DVec2::new(200.0, 100.0), size);
+/// assert!((ahead - DVec3::Z).length() < 1e-12);
+/// assert!((position(ahead, size) - DVec2::new(200.0, 100.0)).length() < 1e-9);
+/// ```
 pub fn direction(pos: DVec2, size: [u32; 2]) -> DVec3 {
     let longitude = (pos.x / f64::from(size[0]) - 0.5) * TAU;
     let latitude = (0.5 - pos.y / f64::from(size[1])) * PI;

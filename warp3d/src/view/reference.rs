@@ -18,6 +18,24 @@ pub struct Reference {
 
 impl Reference {
     /// Camera z of the nearest sample, world units; infinite where there is none.
+    ///
+    /// ```
+    /// use resample_core::{Camera, LookAt};
+    /// use warp3d::Reference;
+    ///
+    /// let pose = LookAt {
+    ///     position: [0.0; 3].into(),
+    ///     target: [0.0, 0.0, 1.0].into(),
+    ///     up: [0.0, -1.0, 0.0].into(),
+    /// };
+    /// let reference = Reference {
+    ///     camera: Camera::perspective(&pose, 0.8, [2, 1])?,
+    ///     colour: vec![[0.5; 3]; 2],
+    ///     depth: vec![3.0, 2.0],
+    /// };
+    /// assert_eq!(reference.nearest(), 2.0);
+    /// # Ok::<(), resample_core::CameraError>(())
+    /// ```
     pub fn nearest(&self) -> f32 {
         nearest(&self.depth)
     }

@@ -1,6 +1,11 @@
 //! Shared by readers of TIFF files: the mark of a file, and the most that a file of some length can unpack to.
 
 /// Returns true if a file that begins with `head` is a TIFF or BigTIFF file.
+///
+/// ```
+/// assert!(resample_io::tiff::begins(b"II*\0"));
+/// assert!(!resample_io::tiff::begins(b"RIFF"));
+/// ```
 pub fn begins(head: &[u8]) -> bool {
     [b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"]
         .iter()

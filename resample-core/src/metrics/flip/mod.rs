@@ -82,6 +82,13 @@ impl FlipSummary {
 }
 
 /// Pixels in the central degree of the visual field, for a screen of this width seen from this distance.
+///
+/// ```
+/// use resample_core::metrics::flip::pixels_per_degree;
+///
+/// // A screen 0.7 m wide of 3840 pixels, seen from 0.7 m.
+/// assert!((pixels_per_degree(0.7, 0.7, 3840.0) - 67.0).abs() < 0.1);
+/// ```
 pub fn pixels_per_degree(distance_m: f64, screen_width_m: f64, screen_width_px: f64) -> f64 {
     distance_m * screen_width_px / screen_width_m * PI / 180.0
 }

@@ -29,6 +29,12 @@ const HEAD_BYTES: u64 = 1 << 16;
 
 impl Format {
     /// The usual name.
+    ///
+    /// ```
+    /// use resample_mesh::input::Format;
+    ///
+    /// assert_eq!(Format::Obj.name(), "OBJ");
+    /// ```
     pub fn name(self) -> &'static str {
         match self {
             Self::Gltf => "glTF",
@@ -54,6 +60,18 @@ impl Format {
 /// # Errors
 ///
 /// [`Error::Input`] where the file cannot be read.
+///
+/// ```
+/// use resample_mesh::input::{Format, format_of};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let path = std::env::temp_dir().join("resample-mesh-format.obj");
+/// std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")?;
+/// assert_eq!(format_of(&path)?, Some(Format::Obj));
+/// # std::fs::remove_file(&path)?;
+/// # Ok(())
+/// # }
+/// ```
 pub fn format_of(path: &Path) -> Result<Option<Format>, Error> {
     let (file, length) = files::open(path)?;
     let mut head = Vec::new();

@@ -40,6 +40,21 @@ use pictures::surroundings;
 ///
 /// [`Error::Input`] names the file, the place in it, what was expected and what to do; [`Error::Option`] an option that
 /// the file has no use for.
+///
+/// ```
+/// use resample_mesh::{LoadOptions, load};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let path = std::env::temp_dir().join("resample-mesh-quad.ply");
+/// let head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+/// let faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+/// std::fs::write(&path, format!("{head}{faces}0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n"))?;
+/// let loaded = load(&path, &LoadOptions::default())?;
+/// assert_eq!(loaded.scene.meshes[0].triangles.len(), 2, "polygons become triangles");
+/// # std::fs::remove_file(&path)?;
+/// # Ok(())
+/// # }
+/// ```
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
     let bytes = files::read(path)?;
     let folder = files::folder_of(path);
@@ -78,6 +93,19 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
 /// # Errors
 ///
 /// [`Error::Input`] as [`load`] has it.
+///
+/// ```
+/// use resample_mesh::input::contents;
+/// use resample_io::Gate;
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let path = std::env::temp_dir().join("resample-mesh-contents.gltf");
+/// std::fs::write(&path, r#"{"asset": {"version": "2.0"}, "scenes": [{"name": "all"}]}"#)?;
+/// assert_eq!(contents(&path, &Gate::default())?.scenes.len(), 1);
+/// # std::fs::remove_file(&path)?;
+/// # Ok(())
+/// # }
+/// ```
 pub fn contents(path: &Path, gate: &Gate) -> Result<Contents, Error> {
     let bytes = files::read(path)?;
     let at = |what: String| Error::Input(format!("{}: {what}", path.display()));
@@ -98,6 +126,25 @@ pub fn contents(path: &Path, gate: &Gate) -> Result<Contents, Error> {
 /// # Errors
 ///
 /// As [`load`] has them; they name `name`.
+///
+/// ```
+/// use resample_mesh::input::of_memory;
+/// use resample_mesh::scene::{Material, Mesh};
+/// use resample_mesh::{LoadOptions, Scene};
+///
+/// let mesh = Mesh {
+///     positions: vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+///     triangles: vec![[0, 1, 3]],
+///     ..Mesh::default()
+/// };
+/// let scene = Scene {
+///     meshes: vec![mesh],
+///     materials: vec![Material::default()],
+///     ..Scene::default()
+/// };
+/// let wrong = of_memory("array".as_ref(), scene, &LoadOptions::default());
+/// assert!(wrong.is_err(), "there is no vertex 3");
+/// ```
 pub fn of_memory(name: &Path, scene: Scene, options: &LoadOptions) -> Result<Loaded, Error> {
     indices::check(&scene).map_err(|what| Error::Input(format!("{}: {what}", name.display())))?;
     finished(name, scene, options, Notes::new(options.unreadable))

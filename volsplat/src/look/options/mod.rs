@@ -111,6 +111,13 @@ impl RenderOptions {
     }
 
     /// The paper's way: every voxel over the next, by its own value, with a Gaussian, pixel by pixel.
+    ///
+    /// ```
+    /// use volsplat::{Order, RenderOptions};
+    ///
+    /// assert!(matches!(RenderOptions::paper().order, Order::Samples(_)));
+    /// assert!(matches!(RenderOptions::default().order, Order::Field(_)));
+    /// ```
     pub fn paper() -> Self {
         Self {
             subpixels: Subpixels::Fixed(1),

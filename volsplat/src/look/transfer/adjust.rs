@@ -21,6 +21,15 @@ impl TransferFunction {
     /// opacity from 0 to 1; below all is transparent, above all is opaque.
     ///
     /// Refused with [`Error::Option`]: a width that is not above 0, and ends that are not finite.
+    ///
+    /// ```
+    /// use volsplat::{ColourMap, TransferFunction};
+    ///
+    /// // Level 40, width 400: opacity rises from -160 to 240.
+    /// let function = TransferFunction::window(40.0, 400.0, ColourMap::default())?;
+    /// assert_eq!(function.value_range(), (-160.0, 240.0));
+    /// # Ok::<(), volsplat::Error>(())
+    /// ```
     pub fn window(level: f64, width: f64, map: ColourMap) -> Result<Self, Error> {
         let (low, high) = (level - 0.5 * width, level + 0.5 * width);
         if !(width > 0.0 && low.is_finite() && high.is_finite()) {

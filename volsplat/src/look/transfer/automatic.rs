@@ -14,6 +14,15 @@ impl TransferFunction {
     ///
     /// The background is the lower side of the histogram, so data with a bright background needs its own function.
     /// A volume of one value is visible as a whole.
+    ///
+    /// ```
+    /// use volsplat::volume::procedural::blobs;
+    /// use volsplat::{ColourMap, Described, TransferFunction};
+    ///
+    /// let function = TransferFunction::automatic(&blobs(16)?.histogram(), ColourMap::default());
+    /// assert_eq!(function.opacity(0.0), 0.0, "the empty space is transparent");
+    /// # Ok::<(), volsplat::Error>(())
+    /// ```
     pub fn automatic(histogram: &Histogram, map: ColourMap) -> Self {
         transfer(histogram, map)
     }

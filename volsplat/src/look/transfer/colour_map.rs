@@ -103,6 +103,16 @@ impl ColourMap {
     }
 
     /// Linear RGB at a place along the map; places outside 0..=1 give the ends.
+    ///
+    /// ```
+    /// use volsplat::ColourMap;
+    ///
+    /// let viridis: ColourMap = "viridis".parse()?;
+    /// let [_, green_low, _] = viridis.colour(0.0);
+    /// let [_, green_high, _] = viridis.colour(1.0);
+    /// assert!(green_high > green_low);
+    /// # Ok::<(), String>(())
+    /// ```
     pub fn colour(&self, place: f64) -> [f32; 3] {
         let place = match self.direction {
             Direction::Ascending => place.clamp(0.0, 1.0),

@@ -56,6 +56,20 @@ impl TransferFunction {
     ///
     /// Refused with [`Error::Option`], naming the knot: descending or non-finite scalars, negative or non-finite
     /// colours, opacities outside 0..=1.
+    ///
+    /// ```
+    /// use volsplat::TransferFunction;
+    /// use volsplat::transfer::{ColourKnot, OpacityKnot};
+    ///
+    /// let black = ColourKnot { value: 0.0, rgb: [0.0; 3] };
+    /// let white = ColourKnot { value: 100.0, rgb: [1.0; 3] };
+    /// let clear = OpacityKnot { value: 20.0, opacity: 0.0 };
+    /// let opaque = OpacityKnot { value: 60.0, opacity: 1.0 };
+    /// let function = TransferFunction::new(vec![black, white], vec![clear, opaque])?;
+    /// assert_eq!(function.opacity(40.0), 0.5);
+    /// assert_eq!(function.colour(50.0), [0.5; 3]);
+    /// # Ok::<(), volsplat::Error>(())
+    /// ```
     pub fn new(colours: Vec<ColourKnot>, opacities: Vec<OpacityKnot>) -> Result<Self, Error> {
         check_ascending("colour", colours.iter().map(|knot| knot.value))?;
         check_ascending("opacity", opacities.iter().map(|knot| knot.value))?;
@@ -118,6 +132,19 @@ impl TransferFunction {
     /// The least closed interval of scalars outside which the opacity is 0; `None` if it is 0 everywhere.
     ///
     /// An end is infinite where the opacity stays above 0 beyond the last knot.
+    ///
+    /// ```
+    /// use volsplat::TransferFunction;
+    /// use volsplat::transfer::{ColourKnot, OpacityKnot};
+    ///
+    /// let black = ColourKnot { value: 0.0, rgb: [0.0; 3] };
+    /// let white = ColourKnot { value: 100.0, rgb: [1.0; 3] };
+    /// let clear = OpacityKnot { value: 20.0, opacity: 0.0 };
+    /// let opaque = OpacityKnot { value: 60.0, opacity: 1.0 };
+    /// let function = TransferFunction::new(vec![black, white], vec![clear, opaque])?;
+    /// assert_eq!(function.visible_range(), Some((20.0, f64::INFINITY)));
+    /// # Ok::<(), volsplat::Error>(())
+    /// ```
     pub fn visible_range(&self) -> Option<(f64, f64)> {
         let knots = &self.opacities;
         let first = knots.iter().position(|knot| knot.opacity > 0.0)?;
@@ -135,6 +162,19 @@ impl TransferFunction {
     ///
     /// For colour maps that are written over 0..1 or -1..1. A function of one scalar only cannot span a range and is
     /// returned unchanged, as it is for a range that is not finite and ascending.
+    ///
+    /// ```
+    /// use volsplat::TransferFunction;
+    /// use volsplat::transfer::{ColourKnot, OpacityKnot};
+    ///
+    /// let black = ColourKnot { value: 0.0, rgb: [0.0; 3] };
+    /// let white = ColourKnot { value: 100.0, rgb: [1.0; 3] };
+    /// let clear = OpacityKnot { value: 20.0, opacity: 0.0 };
+    /// let opaque = OpacityKnot { value: 60.0, opacity: 1.0 };
+    /// let function = TransferFunction::new(vec![black, white], vec![clear, opaque])?;
+    /// assert_eq!(function.rescaled(0.0, 200.0).opacity(80.0), 0.5);
+    /// # Ok::<(), volsplat::Error>(())
+    /// ```
     pub fn rescaled(mut self, low: f64, high: f64) -> Self {
         let (first, last) = self.value_range();
         if !(last > first && high > low && (high - low).is_finite()) {

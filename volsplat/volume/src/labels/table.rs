@@ -42,6 +42,14 @@ impl LabelTable {
     /// Opaque colours that are easy to tell apart, for every label but 0, which is not drawn.
     ///
     /// Labels 1 to 10 have the colours of Tableau 10; further ones go around the hues in steps of the golden ratio.
+    ///
+    /// ```
+    /// use resample_volume::LabelTable;
+    ///
+    /// let table = LabelTable::distinct();
+    /// assert_ne!(table.look(1).rgb, table.look(2).rgb);
+    /// assert_eq!(table.look(0).opacity, 0.0);
+    /// ```
     pub fn distinct() -> Self {
         Self {
             looks: Looks::Distinct,
@@ -52,6 +60,19 @@ impl LabelTable {
     /// A table of labels and their looks; of a label that occurs twice the last look holds.
     ///
     /// [`Error::Option`] names a label whose colour is negative or not finite, or whose opacity is not 0 to 1.
+    ///
+    /// ```
+    /// use resample_volume::{LabelLook, LabelTable};
+    ///
+    /// let red = LabelLook {
+    ///     rgb: [1.0, 0.0, 0.0],
+    ///     opacity: 0.5,
+    /// };
+    /// let table = LabelTable::new([(3, red)])?;
+    /// assert_eq!(table.look(3).opacity, 0.5);
+    /// assert_eq!(table.look(4).opacity, 0.0, "labels that are not listed are not drawn");
+    /// # Ok::<(), resample_volume::Error>(())
+    /// ```
     pub fn new(looks: impl IntoIterator<Item = (i64, LabelLook)>) -> Result<Self, Error> {
         let listed: BTreeMap<i64, LabelLook> = looks.into_iter().collect();
         let is_good = |look: &LabelLook| {

@@ -33,6 +33,14 @@ pub const CHECKER_VALUES: [u8; 2] = [85, 170];
 /// The Marschner-Lobb test signal, values 0..=1 as f32. The classical choice is 40 or 41 voxels per axis.
 ///
 /// Refused: fewer than 2 voxels per axis.
+///
+/// ```
+/// use resample_volume::procedural::marschner_lobb;
+///
+/// let (low, high) = marschner_lobb(16)?.value_range();
+/// assert!(low >= 0.0 && high <= 1.0);
+/// # Ok::<(), resample_volume::Error>(())
+/// ```
 pub fn marschner_lobb(voxels_per_axis: usize) -> Result<Volume, Error> {
     sampled(voxels_per_axis, |pos| {
         let radius = pos.truncate().length();
@@ -45,6 +53,14 @@ pub fn marschner_lobb(voxels_per_axis: usize) -> Result<Volume, Error> {
 /// Soft blobs strung along a trefoil knot, values from 0 (outside) to about 3 as f32.
 ///
 /// Each blob is (1 - (d/R)^2)^2 within its radius R. Refused: fewer than 2 voxels per axis.
+///
+/// ```
+/// use resample_volume::procedural::blobs;
+///
+/// let volume = blobs(16)?;
+/// assert_eq!(volume.dims, [16; 3]);
+/// # Ok::<(), resample_volume::Error>(())
+/// ```
 pub fn blobs(voxels_per_axis: usize) -> Result<Volume, Error> {
     let centres = blob_centres();
     sampled(voxels_per_axis, |pos| {
@@ -58,6 +74,14 @@ pub fn blobs(voxels_per_axis: usize) -> Result<Volume, Error> {
 /// A box of cubic cells that alternate between the two [`CHECKER_VALUES`], as u8.
 ///
 /// `cell_voxels` is the side of a cell. Refused: fewer than 2 voxels per axis, cells of 0 voxels.
+///
+/// ```
+/// use resample_volume::procedural::checker_box;
+///
+/// let volume = checker_box(8, 2)?;
+/// assert_ne!(volume.value(0), volume.value(2), "the next cell along x");
+/// # Ok::<(), resample_volume::Error>(())
+/// ```
 pub fn checker_box(voxels_per_axis: usize, cell_voxels: usize) -> Result<Volume, Error> {
     if cell_voxels == 0 {
         return Err(Error::Option(

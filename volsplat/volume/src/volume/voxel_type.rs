@@ -150,6 +150,13 @@ impl VoxelType {
     }
 
     /// Bytes of one scalar: 1, 2, 4 or 8.
+    ///
+    /// ```
+    /// use resample_volume::VoxelType;
+    ///
+    /// assert_eq!(VoxelType::U16.bytes(), 2);
+    /// assert_eq!("f32".parse(), Ok(VoxelType::F32));
+    /// ```
     pub fn bytes(self) -> usize {
         match self {
             Self::U8 | Self::I8 => 1,

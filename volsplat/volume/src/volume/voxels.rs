@@ -289,6 +289,15 @@ impl Voxels {
     }
 
     /// Replaces values that are NaN or infinite. Refused where the replacement is not finite in the voxel type.
+    ///
+    /// ```
+    /// use resample_volume::Voxels;
+    ///
+    /// let mut voxels = Voxels::F32(vec![1.0, f32::NAN]);
+    /// voxels.replace_non_finite(0.0)?;
+    /// assert_eq!(voxels.value(1), 0.0);
+    /// # Ok::<(), String>(())
+    /// ```
     pub fn replace_non_finite(&mut self, replacement: f64) -> Result<(), String> {
         match self {
             Self::F32(values) if (replacement as f32).is_finite() => {

@@ -39,6 +39,17 @@ const FARTHEST: f64 = 20.0;
 
 impl Distortion {
     /// OpenCV's coefficients; `None` where all of them are 0.
+    ///
+    /// ```
+    /// use glam::DVec2;
+    /// use warp3d::input::cameras::Distortion;
+    ///
+    /// let barrel = Distortion::new([-0.2, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0; 2]).ok_or("no distortion")?;
+    /// let corner = barrel.distort(DVec2::new(0.5, 0.5)).ok_or("beyond the lens")?;
+    /// assert!(corner.x < 0.5);
+    /// assert!(Distortion::new([0.0; 6], [0.0; 2]).is_none());
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn new(radial: [f64; 6], tangential: [f64; 2]) -> Option<Self> {
         Self::with_eighth(radial, tangential, 0.0)
     }

@@ -30,6 +30,16 @@ pub struct RawOptions {
 
 impl RawOptions {
     /// Little endian, spacing 1, origin 0, nothing skipped.
+    ///
+    /// ```
+    /// use resample_volume::{RawOptions, VoxelType};
+    ///
+    /// let raw = RawOptions {
+    ///     spacing: [1.0, 1.0, 2.5],
+    ///     ..RawOptions::new([256, 256, 109], VoxelType::U16)
+    /// };
+    /// assert_eq!(raw.skip_bytes, 0);
+    /// ```
     pub fn new(dims: [usize; 3], voxel_type: VoxelType) -> Self {
         Self {
             dims,

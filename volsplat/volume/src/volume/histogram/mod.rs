@@ -37,6 +37,17 @@ const MAX_ZOOMS: usize = 200;
 
 impl Histogram {
     /// The histogram of a volume; a few passes over its voxels, or one where they are of a type of few values.
+    ///
+    /// ```
+    /// use glam::DAffine3;
+    /// use resample_volume::{Histogram, Volume, Voxels};
+    ///
+    /// let volume = Volume::new([4, 1, 1], Voxels::U8(vec![7, 7, 9, 8]), DAffine3::IDENTITY)?;
+    /// let histogram = Histogram::of_volume(&volume);
+    /// assert_eq!(histogram.range(), (7.0, 9.0));
+    /// assert_eq!(histogram.counts(), [2, 1, 1]);
+    /// # Ok::<(), resample_volume::Error>(())
+    /// ```
     pub fn of_volume(volume: &Volume) -> Self {
         if let Some(mut tally) = Tally::of_type(VoxelType::of(&volume.voxels)) {
             tally.add(&volume.voxels);
