@@ -1,7 +1,7 @@
 //! Hybrid forward resampling: discrete samples laid on the screen as points or as splats.
 //!
-//! In the order in which data flows: `camera` and `view`; `kernel` and `table`; `conic`, `footprint` and `index_table`;
-//! `select` and `scan`; `tile`, `sort`, `maps`, `point`, `simd` and `composite`; `image` and `metrics`.
+//! In the order in which data flow: `camera`; `kernels` and their footprints; `tile` and `sort`; `composite`; `image`, `light` and
+//! `metrics`. `simd` is the vectors that all of them run on.
 //!
 //! ```
 //! use resample_core::{Image, Kernel, KernelShape, metrics};

@@ -2,7 +2,7 @@
 //!
 //! A [`Volume`] comes from an array in memory or from a file (`load`), a [`TransferFunction`] says what of it is seen, and
 //! a [`Renderer`] draws it: the interpolated field on sheets (`field`), or samples with kernels as the paper has them
-//! (`samples`), as [`RenderOptions`] says.
+//! (`paper`), as [`RenderOptions`] says.
 //!
 //! ```
 //! use glam::{DAffine3, DVec3};

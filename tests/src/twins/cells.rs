@@ -77,7 +77,7 @@ fn collect(look: Look, corner: DVec3, side: f64, found: &mut Vec<Part>) {
     let half = 0.5 * side;
     let eighths = || {
         (0..8).map(move |i| {
-            corner + half * DVec3::new((i & 1) as f64, (i >> 1 & 1) as f64, (i >> 2) as f64)
+            corner + half * DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2))
         })
     };
     let differs = |at: DVec3| {

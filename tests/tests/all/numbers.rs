@@ -118,7 +118,7 @@ impl View {
     }
 
     fn volume(&self, placed: DAffine3) -> Volume {
-        let values = (0..60).map(|i| self.scalars * ((i * 37 % 61) as f64 / 61.0));
+        let values = (0..60).map(|i| self.scalars * (f64::from(i * 37 % 61) / 61.0));
         Volume::new(Self::DIMS, Voxels::F64(values.collect()), placed).expect("a volume")
     }
 

@@ -109,7 +109,7 @@ fn true_depths(camera: &Camera) -> Vec<f64> {
     let along = |i: usize| {
         let ray = rays.pixel(i % width, i / width);
         let dz = 0.02;
-        let steps = (0..4000).map(|k| (k as f64 + 0.5) * dz);
+        let steps = (0..4000).map(|k| (f64::from(k) + 0.5) * dz);
         steps
             .map(|z| cloud(ray.origin + z * ray.direction))
             .sum::<f64>()

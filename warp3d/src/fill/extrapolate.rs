@@ -148,7 +148,7 @@ pub(crate) fn nearest_known(
 
 /// Of the nearest known pixels of each column, the nearest one of each pixel of row `y`.
 fn along_row(y: usize, rows: &[u32], to: &mut [u32]) {
-    let square = |x: usize| ((rows[x] as f64) - y as f64).powi(2) + (x as f64).powi(2);
+    let square = |x: usize| (f64::from(rows[x]) - y as f64).powi(2) + (x as f64).powi(2);
     // Columns that are the nearest from some place on, and the places.
     let mut columns: Vec<(usize, f64)> = Vec::new();
     for x in (0..rows.len()).filter(|&x| rows[x] != NOWHERE) {

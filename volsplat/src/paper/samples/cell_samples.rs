@@ -90,7 +90,7 @@ pub(crate) fn cell_samples(
             voxels: volume.len() as u64,
             count: 0,
             world_from_index: volume.world_from_index * grid_from_lattice(level),
-            index_from_voxel: [(1 << level) as f64, -0.5],
+            index_from_voxel: [f64::from(1 << level), -0.5],
         })
         .collect();
     for of_brick in bricks {
