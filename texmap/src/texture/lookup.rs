@@ -3,7 +3,7 @@
 //! Each texel is a splat with the texture's own reconstruction kernel (tent or box) in its tangent plane. At a
 //! position of the screen whose texture coordinates are known exactly, the splats that reach it are the two by two
 //! texels around: their sum is the bilinear look-up. A sub-pixel that holds several texels looks coarser levels up
-//! (`places`), or, near the border of a chart, finer ones on this side of it (`at_borders`).
+//! (`lookup_plan`), or, near the border of a chart, finer ones on this side of it (`at_borders`).
 
 use glam::Vec4;
 use resample_mesh::scene::{Magnify, Wrap};
