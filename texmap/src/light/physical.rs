@@ -15,10 +15,9 @@ use glam::Vec4;
 
 use super::around::{LEVELS, Looks, four, look_around};
 use super::environment::{Environment, WITHOUT_SUNS};
-pub(crate) use super::inputs::Inputs;
 use super::lobes::{Lobe, Varied};
-use super::met::Met;
 use super::reflectance;
+use super::small_lights::LitSurface;
 use crate::screen::lanes::{LANES, Lanes};
 
 /// The reflectance of a dielectric at normal incidence: an index of refraction of 1.5.
@@ -29,6 +28,44 @@ const LEAST_METAL: f32 = 1e-3;
 
 /// The smallest cosine between normal and eye: a normal map may turn a surface away.
 const LEAST_COSINE: f32 = 1e-3;
+
+/// Surfaces as light meets them.
+pub(crate) struct Inputs {
+    /// Of length 1, in the world.
+    pub(crate) normal: [Lanes; 3],
+    /// Towards the eye, of length 1.
+    pub(crate) eye: [Lanes; 3],
+    /// Base colour, straight.
+    pub(crate) base: [Lanes; 3],
+    pub(crate) metal: Lanes,
+    /// Covariances with metal, of base colour and of roughness: 0 where a footprint has one of each.
+    pub(crate) base_with_metal: [Lanes; 3],
+    pub(crate) roughness_with_metal: Lanes,
+    /// Perceptual roughness: mean and variance.
+    pub(crate) roughness: Lanes,
+    pub(crate) roughness_variance: Lanes,
+    /// Share of light that arrives.
+    pub(crate) open: Lanes,
+    /// Mean square of the distance of normals from their mean.
+    pub(crate) variance: Lanes,
+}
+
+impl Default for Inputs {
+    fn default() -> Self {
+        Self {
+            normal: [[0.0; LANES]; 3],
+            eye: [[0.0; LANES]; 3],
+            base: [[0.0; LANES]; 3],
+            metal: [0.0; LANES],
+            base_with_metal: [[0.0; LANES]; 3],
+            roughness_with_metal: [0.0; LANES],
+            roughness: [0.0; LANES],
+            roughness_variance: [0.0; LANES],
+            open: [1.0; LANES],
+            variance: [0.0; LANES],
+        }
+    }
+}
 
 /// Reflects light at the first `count` places.
 #[simd]
@@ -85,7 +122,7 @@ pub(crate) fn reflect<S: Simd>(
             f0[k] = dielectric + (metals[k] - dielectric) * lobe.metal;
             mirror[k] += (f0[k] * scale + offset) * seen[k] * lobe.weight;
         }
-        let met = Met {
+        let met = LitSurface {
             normal: [nx, ny, nz],
             eye: [vx, vy, vz],
             cosine,
@@ -223,7 +260,7 @@ impl<S: Simd> Part<S> {
 fn add_suns<S: Simd>(
     simd: S,
     environment: &Environment,
-    (met, lacking): (&Met<S>, f32x16<S>),
+    (met, lacking): (&LitSurface<S>, f32x16<S>),
     f0: &[f32x16<S>; 3],
     mirror: &mut [f32x16<S>; 3],
 ) {

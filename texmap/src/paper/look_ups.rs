@@ -7,8 +7,8 @@
 use resample_core::simd::Vectors;
 
 use crate::options::Method;
-use crate::project::pixel::{Gathered, PixelOnTexture};
 use crate::texture::ellipse::TexelEllipse;
+use crate::texture::ellipse::{Gathered, PixelOnTexture};
 use crate::texture::lookup::{nearest, reconstructed, trilinear};
 use crate::texture::points::{covariance_with, gather_by_pixel, gather_minified};
 use crate::tile::pixel_textures::Gather;

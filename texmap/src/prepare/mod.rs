@@ -6,7 +6,6 @@
 //! an edge (`adjacency`), borders of charts (`charts`), and triangles whose emission is black (`no_emission`).
 
 pub(crate) mod textures;
-pub(crate) mod wrap;
 pub(crate) mod maps;
 pub(crate) mod usage;
 pub(crate) mod level;

@@ -9,14 +9,35 @@ use fearless_simd::{f32x8, f32x16};
 use fearless_simd_macros::simd;
 use glam::Vec4;
 use resample_core::dispatch;
+use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::simd::{Vectors, exp2};
 use resample_mesh::scene::Wrap;
 
-use crate::prepare::mip::{Level, LevelTexels};
-use crate::project::pixel::{Gathered, PixelOnTexture};
+use crate::prepare::mip::{Level, LevelTexels, Pyramid};
+use crate::project::surface::UvAt;
 use crate::screen::lanes::IOTA;
 use crate::texture::sums::{OfLevel, OfLevels, Sums};
 use crate::texture::taps::Kind;
+
+/// The pixel's variance, px^2.
+pub(crate) const PIXEL_VARIANCE: f32 = (PIXEL_SIGMA_PX * PIXEL_SIGMA_PX) as f32;
+
+/// A pixel on a textured plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PixelOnTexture<'a> {
+    pub(crate) pyramid: &'a Pyramid,
+    pub(crate) at: UvAt,
+    /// Relative change of 1/w per px along x and y; 0 neglects perspective within the footprint.
+    pub(crate) over_w_slope: [f32; 2],
+}
+
+/// A gathered colour.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Gathered {
+    pub(crate) rgba: Vec4,
+    /// Texels looked at.
+    pub(crate) texels: u32,
+}
 
 /// A covariance (xx, xy, yy), texels squared.
 #[derive(Clone, Copy, Debug)]

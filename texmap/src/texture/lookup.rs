@@ -8,8 +8,8 @@
 use glam::Vec4;
 use resample_mesh::scene::{Magnify, Wrap};
 
+use crate::prepare::level::wrapped;
 use crate::prepare::mip::{Level, Pyramid};
-use crate::prepare::wrap::wrapped;
 
 /// Most look-ups along the longer axis of a sub-pixel. Sub-pixels longer than that are sharpened no further.
 pub(crate) const MAX_LOOKUPS: f32 = 8.0;

@@ -13,8 +13,8 @@ use resample_core::simd::Vectors;
 use resample_mesh::scene::Magnify;
 
 use crate::prepare::mip::{Level, Pyramid};
-use crate::project::pixel::{Gathered, PIXEL_VARIANCE, PixelOnTexture};
 use crate::texture::ellipse::{Covariance, TexelEllipse};
+use crate::texture::ellipse::{Gathered, PIXEL_VARIANCE, PixelOnTexture};
 use crate::texture::sums::MOST_TOGETHER;
 
 /// Where the Gaussian is cut, standard deviations. The covariance is widened before by what the cut takes away.

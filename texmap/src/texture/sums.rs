@@ -7,9 +7,9 @@ use fearless_simd::prelude::*;
 use glam::Vec4;
 use resample_mesh::scene::Wrap;
 
+use crate::prepare::level::wrapped;
 use crate::prepare::mip::{Level, LevelTexels};
 use crate::prepare::usage::MAPS;
-use crate::prepare::wrap::wrapped;
 use crate::screen::lanes::LANES;
 use crate::texture::taps::Kind;
 

@@ -8,8 +8,8 @@ use fearless_simd::{f32x4, f32x16, i32x16, u16x8};
 use glam::Vec4;
 use resample_mesh::scene::Wrap;
 
+use crate::prepare::level::wrapped;
 use crate::prepare::mip::{Level, LevelTexels, Pyramid, UNIT, linear};
-use crate::prepare::wrap::wrapped;
 use crate::screen::lanes::{LANES, Lanes};
 use crate::texture::lookup_plan::LookupPlan;
 

@@ -19,13 +19,13 @@ use resample_core::dispatch;
 use resample_mesh::scene::AlphaMode;
 
 use crate::project::batch::Batch;
-use crate::project::pixel::PixelOnTexture;
 use crate::project::surface::{Surface, UvAt, UvPlanes};
 use crate::screen::lanes::LANES;
 use crate::screen::padded_tile::{
     BORDER_PX, NONE, SPAN_HEIGHT, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH,
 };
 use crate::screen::plane::value;
+use crate::texture::ellipse::PixelOnTexture;
 use crate::texture::points::is_minified;
 use crate::tile::cells::{Cell, Cells};
 use crate::tile::task::{Tile, centre_px, subpixel_px};

@@ -10,10 +10,10 @@ use resample_mesh::scene::AlphaMode;
 use crate::light::physical::{Inputs, reflect};
 use crate::prepare::maps::{mean_normal, variance_within};
 use crate::prepare::{MAPS, METALS, NORMALS, PreparedPhysical, ROUGHNESS};
-use crate::project::pixel::PIXEL_VARIANCE;
 use crate::project::surface::{Surface, SurfaceMaps};
 use crate::screen::lanes::LANES;
 use crate::screen::plane::value;
+use crate::texture::ellipse::PIXEL_VARIANCE;
 use crate::tile::task::Tile;
 
 /// A surface's own colour, and what its light is multiplied by and what is added to it.

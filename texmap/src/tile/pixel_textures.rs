@@ -8,8 +8,8 @@ use resample_core::simd::Vectors;
 
 use crate::prepare::mip::Pyramid;
 use crate::prepare::{MAPS, NORMALS};
-use crate::project::pixel::{Gathered, PixelOnTexture};
 use crate::project::surface::{MapPlanes, Surface, UvAt, UvPlanes};
+use crate::texture::ellipse::{Gathered, PixelOnTexture};
 use crate::texture::points::{gather_minified, gather_together, is_minified};
 use crate::texture::sums::MOST_TOGETHER;
 use crate::tile::patches::Patch;

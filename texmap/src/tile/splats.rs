@@ -11,7 +11,7 @@ use resample_core::dispatch;
 
 use crate::project::surface::Surface;
 use crate::screen::lanes::LANES;
-use crate::screen::padded_tile::{SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
+use crate::screen::padded_tile::{NONE, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
 use crate::tile::batch_light::{BatchBuffers, shade_batch};
 use crate::tile::points::DirectPixels;
 use crate::tile::task::Tile;
@@ -20,7 +20,6 @@ use crate::visibility::Layer;
 use crate::visibility::by_triangle::{ByTriangle, Run};
 use crate::visibility::edges::Edges;
 use crate::visibility::filter::PixelFilter;
-use crate::visibility::layers::Layers;
 
 /// Pixels that are filtered together: four of four channels fill one 512-bit vector.
 const GROUP_PX: usize = 4;
@@ -271,6 +270,60 @@ fn correct_edges(
         for (at, share) in edge.between.into_iter().zip(edge.shares) {
             let colour = &mut rgba[at as usize];
             *colour = (Vec4::from(*colour) + *jump * share).to_array();
+        }
+    }
+}
+
+/// Translucent layers of some rows of sub-pixels before their colours lie over those behind: the n-th farthest of each
+/// sub-pixel are rows, as sub-pixels are.
+#[derive(Clone, Debug, Default)]
+struct Layers {
+    /// Row by row, the farthest layers first.
+    rows: Vec<LayerRow>,
+    /// Premultiplied, a span for each of the rows.
+    colours: Vec<[f32; 4]>,
+}
+
+/// Layers of one rank.
+#[derive(Clone, Copy, Debug)]
+struct LayerRow {
+    /// The first sub-pixel of the row.
+    first: usize,
+    /// Triangles, by their places in the tile's list.
+    ids: [u32; SPAN_WIDTH],
+}
+
+impl Layers {
+    /// Forgets all layers.
+    fn clear(&mut self) {
+        self.rows.clear();
+        self.colours.clear();
+    }
+
+    /// Adds the layers of the row whose first sub-pixel is `first`, sorted by sub-pixel, the farthest first.
+    fn add_row(&mut self, first: usize, layers: &[Layer]) {
+        let start = self.rows.len();
+        for layers in layers.chunk_by(|a, b| a.subpixel == b.subpixel) {
+            for (rank, layer) in layers.iter().enumerate() {
+                if start + rank == self.rows.len() {
+                    self.rows.push(LayerRow {
+                        first,
+                        ids: [NONE; SPAN_WIDTH],
+                    });
+                }
+                self.rows[start + rank].ids[layer.subpixel as usize - first] = layer.id;
+            }
+        }
+    }
+
+    /// Lays the layers over what lies behind; those that were not computed are transparent.
+    fn blend(&self, behind: &mut [[f32; 4]]) {
+        for (row, fronts) in self.rows.iter().zip(self.colours.chunks_exact(SPAN_WIDTH)) {
+            let behind = &mut behind[row.first..row.first + SPAN_WIDTH];
+            for (behind, front) in behind.iter_mut().zip(fronts) {
+                let front = Vec4::from(*front);
+                *behind = (front + (1.0 - front.w) * Vec4::from(*behind)).to_array();
+            }
         }
     }
 }

@@ -7,10 +7,10 @@ use resample_mesh::scene::AlphaMode;
 use crate::options::RenderOptions;
 use crate::prepare::Prepared;
 use crate::project::cull::{InView, ScreenTriangle, SeenTriangle};
-use crate::project::pixel::PixelOnTexture;
 use crate::project::surface::{Surface, TileView, UvPlanes};
 use crate::screen::padded_tile::{BORDER_PX, SPAN_WIDTH};
 use crate::screen::plane::{Plane, moved, narrow};
+use crate::texture::ellipse::PixelOnTexture;
 use crate::visibility::NearKey;
 use crate::visibility::filter::PixelFilter;
 

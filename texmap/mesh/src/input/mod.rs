@@ -26,13 +26,12 @@ use crate::{Error, Scene};
 
 pub use choice::{LightMaps, LoadOptions, Loaded, Pose, SceneChoice, Unreadable};
 use files::Names;
+use finish::checked;
 pub use finish::origin;
-use finish::{checked, indices};
 pub use format::{Format, format_of};
 pub use gltf::contents::{Animation, Contents};
 use notes::Notes;
-pub use pictures::picture::load_picture;
-use pictures::surroundings;
+pub use pictures::load_picture;
 
 /// Reads a mesh file: glTF 2.0 (.gltf, .glb), OBJ, PLY or STL.
 ///
@@ -99,7 +98,7 @@ pub fn contents(path: &Path, gate: &Gate) -> Result<Contents, Error> {
 ///
 /// As [`load`] has them; they name `name`.
 pub fn of_memory(name: &Path, scene: Scene, options: &LoadOptions) -> Result<Loaded, Error> {
-    indices::check(&scene).map_err(|what| Error::Input(format!("{}: {what}", name.display())))?;
+    checked::indices(&scene).map_err(|what| Error::Input(format!("{}: {what}", name.display())))?;
     finished(name, scene, options, Notes::new(options.unreadable))
 }
 
@@ -117,7 +116,10 @@ fn finished(
         })?;
     }
     if let Some(environment) = &options.environment {
-        scene.surroundings = Some(Arc::new(surroundings::read(environment, &options.gate)?));
+        scene.surroundings = Some(Arc::new(pictures::surroundings(
+            environment,
+            &options.gate,
+        )?));
     }
     let scene = checked::scene(scene, &mut notes).map_err(at)?;
     Ok(Loaded {

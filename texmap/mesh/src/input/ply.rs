@@ -17,7 +17,7 @@ use super::files;
 use super::files::{Names, excerpt};
 use super::notes::Notes;
 use crate::input::finish::{checked, origin, polygon};
-use crate::input::pictures::picture::load_picture;
+use crate::input::pictures::load_picture;
 use crate::scene::{Material, Mesh, Scene, Sides};
 
 /// Returns true if a file starts as PLY does.
