@@ -38,7 +38,7 @@ impl Blurred {
 }
 
 /// Where to look.
-pub(super) struct Looks {
+pub(super) struct LookUps {
     /// On the octahedral square, 0..=1.
     x: [f32; LANES],
     y: [f32; LANES],
@@ -46,7 +46,7 @@ pub(super) struct Looks {
     level: [f32; LANES],
 }
 
-impl Looks {
+impl LookUps {
     #[inline(always)]
     pub(super) fn new<S: Simd>(
         simd: S,
@@ -81,7 +81,7 @@ impl Looks {
 pub(super) fn look_around<S: Simd>(
     simd: S,
     blurred: &Blurred,
-    at: &Looks,
+    at: &LookUps,
     count: usize,
     out: &mut [[f32; LANES]; 3],
 ) {
@@ -96,7 +96,7 @@ pub(super) fn look_around<S: Simd>(
         starts[lane] = blurred.starts[level];
         sides[lane] = blurred.sides[level];
     }
-    let places = InMaps::new(simd, (&starts, &sides), at);
+    let places = MapTaps::new(simd, (&starts, &sides), at);
     for lane in 0..count {
         let place = (places.place[lane] as usize, places.stride[lane] as usize);
         let shares_of_texels = [places.right[lane], places.lower[lane]];
@@ -109,7 +109,7 @@ pub(super) fn look_around<S: Simd>(
 }
 
 /// Where to look in one map each.
-struct InMaps {
+struct MapTaps {
     /// The upper left texel, and those from one row to the next.
     place: [i32; LANES],
     stride: [i32; LANES],
@@ -118,9 +118,9 @@ struct InMaps {
     lower: Lanes,
 }
 
-impl InMaps {
+impl MapTaps {
     #[inline(always)]
-    fn new<S: Simd>(simd: S, (starts, sides): (&[i32; LANES], &Lanes), at: &Looks) -> Self {
+    fn new<S: Simd>(simd: S, (starts, sides): (&[i32; LANES], &Lanes), at: &LookUps) -> Self {
         let half = f32x16::splat(simd, 0.5);
         let side = f32x16::from_slice(simd, sides);
         let x = f32x16::from_slice(simd, &at.x) * side + half;

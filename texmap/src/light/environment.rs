@@ -58,7 +58,7 @@ impl Environment {
         let coarser = Map::sharp(picture, turn).with_coarser();
         let mut without = None;
         let mut suns = Vec::new();
-        if let Some((found, rest)) = picture.and_then(suns::taken_out) {
+        if let Some((found, rest)) = picture.and_then(suns::extract_suns) {
             suns = found;
             suns.iter_mut()
                 .for_each(|sun| sun.direction = turn.inverse() * sun.direction);

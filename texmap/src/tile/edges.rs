@@ -4,7 +4,7 @@ use crate::prepare::{LightKind, PreparedMesh};
 use crate::tile::task::Tile;
 use crate::tile::visible::Visible;
 use crate::visibility::edges::Edges;
-use crate::visibility::walk::{Beyond, crossing};
+use crate::visibility::walk::{NextTriangle, crossing};
 use crate::visibility::{RasterTriangle, walk};
 
 /// Finds the edges between sub-pixels across which colour may jump.
@@ -50,7 +50,7 @@ impl walk::Mesh for TileMesh<'_> {
         others.contains(&x) | others.contains(&y) | others.contains(&z)
     }
 
-    fn beyond(&self, id: u32, corner: usize, expected: u32) -> Option<Beyond> {
+    fn beyond(&self, id: u32, corner: usize, expected: u32) -> Option<NextTriangle> {
         let seen = self.tile.seen(id);
         let mesh = &self.tile.frame.scene.meshes[seen.mesh as usize];
         let next = mesh.neighbours[seen.triangle as usize][corner]?;
@@ -62,7 +62,7 @@ impl walk::Mesh for TileMesh<'_> {
         let [a, b] = line(seen.triangle, corner);
         let jumps = self.tile.is_flat(mesh)
             || ![[a, b], [b, a]].contains(&line(next.triangle, next.corner()));
-        Some(Beyond {
+        Some(NextTriangle {
             id,
             corner: next.corner(),
             jumps,

@@ -49,7 +49,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
     };
     let mut notes = Notes::new(options.unreadable);
     let at = |what: String| Error::Input(format!("{}: {what}", path.display()));
-    let format = format::told(&bytes).map_err(at)?;
+    let format = format::detect(&bytes).map_err(at)?;
     if let Some(name) = format.plain_name() {
         let given = [
             ("scenes", options.scene.is_some()),
@@ -80,7 +80,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
 pub fn contents(path: &Path, gate: &Gate) -> Result<Contents, Error> {
     let bytes = files::read(path)?;
     let at = |what: String| Error::Input(format!("{}: {what}", path.display()));
-    if format::told(&bytes).map_err(at)? != Format::Gltf {
+    if format::detect(&bytes).map_err(at)? != Format::Gltf {
         return Ok(Contents::default());
     }
     let folder = files::folder_of(path);
@@ -111,9 +111,9 @@ fn finished(
 ) -> Result<Loaded, Error> {
     let at = |what: String| Error::Input(format!("{}: {what}", path.display()));
     if let Some(texture) = &options.texture {
-        checked::bind(&mut scene, load_picture(texture, &options.gate)?).map_err(|what| {
-            Error::Option(format!("{}: the given texture: {what}", path.display()))
-        })?;
+        checked::bind_texture(&mut scene, load_picture(texture, &options.gate)?).map_err(
+            |what| Error::Option(format!("{}: the given texture: {what}", path.display())),
+        )?;
     }
     if let Some(environment) = &options.environment {
         scene.surroundings = Some(Arc::new(pictures::surroundings(

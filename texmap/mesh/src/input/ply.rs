@@ -119,7 +119,7 @@ fn bind(scene: &mut Scene, name: &str, names: &Names, notes: &mut Notes) -> Resu
     let left_out = |what: &str| format!("the texture '{}' is left out: {what}", excerpt(name));
     let picture = files::resolve(names, name)
         .and_then(|path| load_picture(&path, names.gate).map_err(|error| error.to_string()));
-    match picture.map(|picture| checked::bind(scene, picture)) {
+    match picture.map(|picture| checked::bind_texture(scene, picture)) {
         Ok(Ok(())) => {}
         Ok(Err(what)) => notes.say(left_out(&what)),
         Err(what) => {

@@ -32,7 +32,7 @@ pub(crate) fn scene(mut scene: Scene, notes: &mut Notes) -> Result<Scene, String
 }
 
 /// Gives a picture to every material without one, as far as its meshes have texture coordinates.
-pub(crate) fn bind(scene: &mut Scene, texture: Texture) -> Result<(), String> {
+pub(crate) fn bind_texture(scene: &mut Scene, texture: Texture) -> Result<(), String> {
     let has_uvs = |mesh: &Mesh| !mesh.uvs.is_empty() && !mesh.triangles.is_empty();
     if !scene.meshes.iter().any(has_uvs) {
         return Err("no mesh has texture coordinates, so that no texture can be laid on it".into());
@@ -127,14 +127,14 @@ fn drop_unusable_textures(scene: &mut Scene, notes: &mut Notes) {
         let place = *without.entry((mesh.material, lacking)).or_insert_with(|| {
             scene
                 .materials
-                .push(stripped(&scene.materials[mesh.material], lacking));
+                .push(without_textures(&scene.materials[mesh.material], lacking));
             scene.materials.len() - 1
         });
         mesh.material = place;
     }
 }
 
-fn stripped(material: &Material, lacking: [bool; 5]) -> Material {
+fn without_textures(material: &Material, lacking: [bool; 5]) -> Material {
     let [base, emissive, roughness, normal, occlusion] = lacking;
     let mut material = material.clone();
     material.base_texture = material.base_texture.filter(|_| !base);

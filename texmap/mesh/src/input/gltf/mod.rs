@@ -31,8 +31,8 @@ use super::choice::LoadOptions;
 use super::files::{Names, excerpt};
 use super::notes::Notes;
 use crate::input::finish::origin;
-use crate::input::gltf::pose::animation::Posed;
-use crate::input::gltf::pose::deform::Place;
+use crate::input::gltf::pose::animation::NodePoses;
+use crate::input::gltf::pose::deform::MeshTransform;
 use crate::scene::{Mesh, Scene};
 use accessor::Numbers;
 use document::Transform;
@@ -54,7 +54,7 @@ pub(super) fn load(
     let root = &document.root;
     extensions::tell(root, notes);
     let numbers = Numbers::new(root, &document.buffers);
-    let mut posed = Posed::new(&document.transforms);
+    let mut posed = NodePoses::new(&document.transforms);
     match &options.pose {
         Some(pose) => animation::pose(&document.animations, pose, &numbers, &mut posed, notes)?,
         None if document.animations.is_empty() => {}
@@ -67,7 +67,7 @@ pub(super) fn load(
         .map(Transform::parent_from_node)
         .collect();
     let world_from_nodes = nodes::world_from_nodes(root, &parent_from_nodes)?;
-    let shown = nodes::shown(root, options.scene.as_ref())?;
+    let shown = nodes::nodes_of_scene(root, options.scene.as_ref())?;
     let mut materials = Materials::new(root, &numbers, names, options.light_maps);
     let held = bytes.len() + document.buffers.iter().map(Vec::len).sum::<usize>();
     let mut meshes = Meshes::new(names.gate, held as u64);
@@ -85,7 +85,7 @@ pub(super) fn load(
         let instances = instances::instances(&root.nodes[node], &numbers)
             .map_err(|what| format!("node {node}: {what}"))?;
         for instance in &instances {
-            let place = read.place(instance)?;
+            let place = read.mesh_transform(instance)?;
             read.mesh((index.value(), &place), &mut materials, &mut meshes, notes)?;
         }
     }
@@ -153,7 +153,7 @@ struct Reading<'a> {
 impl Reading<'_> {
     fn mesh(
         &self,
-        (index, place): (usize, &Place),
+        (index, place): (usize, &MeshTransform),
         materials: &mut Materials,
         meshes: &mut Meshes,
         notes: &mut Notes,
@@ -187,9 +187,11 @@ impl Reading<'_> {
     }
 
     /// A skinned mesh goes with its joints and not with its node.
-    fn place(&self, instance: &DMat4) -> Result<Place, String> {
+    fn mesh_transform(&self, instance: &DMat4) -> Result<MeshTransform, String> {
         let Some(skin) = self.root.nodes[self.node].skin else {
-            return Ok(Place::Node(self.world_from_nodes[self.node] * *instance));
+            return Ok(MeshTransform::Node(
+                self.world_from_nodes[self.node] * *instance,
+            ));
         };
         let index = skin.value();
         let skin = self
@@ -220,7 +222,7 @@ impl Reading<'_> {
             });
             Ok(*world * bind)
         };
-        Ok(Place::Skin(
+        Ok(MeshTransform::Skin(
             skin.joints
                 .iter()
                 .enumerate()
