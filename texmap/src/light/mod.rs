@@ -3,7 +3,6 @@
 mod around;
 mod environment;
 mod lobes;
-mod octahedron;
 pub(crate) mod physical;
 mod reflectance;
 mod small_lights;

@@ -1,9 +1,9 @@
 //! A scene as the renderer keeps it: meshes with texture coordinates in texels, materials, pyramids.
 //!
 //! Takes a [`Scene`], once. A picture that several materials use in one way is decoded once. In the order of use: pictures that
-//! replace those of the file (`textures`), wrapping (`wrap`), maps of light (`maps`), the use of pictures in materials (`usage`), mip
-//! levels (`level`, `halving`, `mip`), triangles that share
-//! an edge (`adjacency`), borders of charts (`charts`), and triangles whose emission is black (`no_emission`).
+//! replace those of the file (`textures`), maps of light (`maps`), the use of pictures in materials (`usage`), mip
+//! levels (`level`, `halving`, `mip`), triangles that share an edge (`adjacency`), borders of charts (`charts`), and
+//! triangles whose emission is black (`no_emission`).
 
 pub(crate) mod textures;
 pub(crate) mod maps;

@@ -29,7 +29,7 @@ use files::Names;
 use finish::checked;
 pub use finish::origin;
 pub use format::{Format, format_of};
-pub use gltf::contents::{Animation, Contents};
+pub use gltf::{Animation, Contents};
 use notes::Notes;
 pub use pictures::load_picture;
 
@@ -89,7 +89,7 @@ pub fn contents(path: &Path, gate: &Gate) -> Result<Contents, Error> {
         root: folder,
         gate,
     };
-    gltf::contents::read(&bytes, &names).map_err(at)
+    gltf::contents(&bytes, &names).map_err(at)
 }
 
 /// A scene of memory, as if a file held it: texture and surroundings come from the options.

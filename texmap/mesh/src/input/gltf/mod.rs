@@ -15,7 +15,6 @@ mod accessor;
 mod attribute;
 mod camera;
 mod container;
-pub(super) mod contents;
 mod document;
 mod extensions;
 mod glossiness;
@@ -26,6 +25,7 @@ mod primitive;
 use glam::{DMat4, DVec3};
 use gltf::json::Root;
 use resample_io::Gate;
+use serde_json::Value;
 
 use super::choice::LoadOptions;
 use super::files::{Names, excerpt};
@@ -41,6 +41,44 @@ use material::Materials;
 /// Returns true if a file starts as a binary glTF does.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
     container::is_binary(bytes)
+}
+
+/// The content of a mesh file beside the drawn scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contents {
+    /// Names of the scenes; empty where one has none.
+    pub scenes: Vec<String>,
+    /// The animations.
+    pub animations: Vec<Animation>,
+}
+
+/// An animation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Animation {
+    /// Its name, where it has one.
+    pub name: Option<String>,
+    /// Time of its last key, s.
+    pub length_s: f64,
+}
+
+/// Reads what a document has; names in it count from `names`.
+pub(crate) fn contents(bytes: &[u8], names: &Names) -> Result<Contents, String> {
+    let document = container::open(bytes, names)?;
+    let numbers = Numbers::new(&document.root, &document.buffers);
+    let of = |animation: &Value| Animation {
+        name: animation
+            .get("name")
+            .and_then(Value::as_str)
+            .map(str::to_owned),
+        length_s: animation::length_s(animation, &numbers),
+    };
+    let scenes = document.root.scenes.iter();
+    Ok(Contents {
+        scenes: scenes
+            .map(|scene| scene.name.clone().unwrap_or_default())
+            .collect(),
+        animations: document.animations.iter().map(of).collect(),
+    })
 }
 
 /// Reads a document; names in it count from `names`.
