@@ -33,8 +33,8 @@ use crate::tile::visible::Visible;
 use crate::visibility::edges::Edges;
 use crate::visibility::filter::{AROUND, PixelFilter, around};
 
-/// Most that texels may be away from the plane, root mean square under the filter, px. A guess: at this the pictures of
-/// the tests lie no farther from their truths.
+/// Most that texels may be away from the plane, root mean square under the filter, px. A trade: a knot with a photo that is
+/// minified loses up to 1.8 dB, one with noise wins up to 7; at half of it frames of the knot take 7 % longer.
 const MOST_PX: f32 = 1.0 / 32.0;
 
 /// Rows of pixels for which one reference serves: beyond, it says little about them. A guess; with twice as many a knot of
