@@ -165,12 +165,12 @@ fn a_ground_seen_from_close_above_is_filtered_in_perspective() {
     assert!(error_db > 55.0, "{error_db:.2} dB from the truth");
 }
 
-/// Pixels of a finely divided surface see several of its triangles, and gather texels from one plane through them. Without that
-/// the photo that is hardly minified comes nearer to the truth, and the other is farther from it; both are held.
+/// Pixels of a finely divided surface see several of its triangles, and gather texels from one plane through them: so near as this
+/// to the truth, half a decibel below what was measured. A looser bound on the distance from that plane fails.
 #[test]
 fn a_finely_divided_knot_is_gathered_from_planes() {
     let camera = looking_camera(DVec3::new(2.0, 3.0, 9.0), DVec3::ZERO, 46.0, [96, 96]);
-    for (side, repeats, least_db) in [(64, 8.0, 0.0), (128, 16.0, 0.0)] {
+    for (side, repeats, least_db) in [(64, 8.0, 78.9), (128, 16.0, 71.4)] {
         let scene = trefoil(photo(side), repeats);
         let truth = reference_picture(&scene, &camera, HORIZON_RAYS);
         let image = rendered(&scene, &camera, &RenderOptions::default());
