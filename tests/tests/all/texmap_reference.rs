@@ -166,7 +166,7 @@ fn a_ground_seen_from_close_above_is_filtered_in_perspective() {
 }
 
 /// Pixels of a finely divided surface see several of its triangles, and gather texels from one plane through them: so near as this
-/// to the truth, half a decibel below what was measured. A looser bound on the distance from that plane fails.
+/// to the truth, half a decibel below what was measured.
 #[test]
 fn a_finely_divided_knot_is_gathered_from_planes() {
     let camera = looking_camera(DVec3::new(2.0, 3.0, 9.0), DVec3::ZERO, 46.0, [96, 96]);
