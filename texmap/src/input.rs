@@ -11,7 +11,7 @@ use resample_mesh::{Error, Scene, input};
 pub use resample_mesh::input::*;
 
 use crate::prepare::mip;
-use crate::prepare::usage::{Pictures, Varying};
+use crate::prepare::usage::{Pictures, VaryingMetals};
 
 /// Reads a mesh file as [`resample_mesh::load`] does.
 ///
@@ -43,7 +43,7 @@ fn checked(path: &Path, loaded: Loaded, options: &LoadOptions) -> Result<Loaded,
 fn ask_for_memory(scene: &Scene, gate: &Gate) -> Result<(), String> {
     let held: u64 = scene.textures.iter().map(|texture| texture.bytes()).sum();
     let mut keys = Vec::new();
-    let mut varying = Varying::default();
+    let mut varying = VaryingMetals::default();
     let mut drawn = 0;
     let pictures = scene.materials.iter().flat_map(|material| {
         let Pictures {

@@ -44,6 +44,7 @@ mod project;
 mod visibility;
 mod texture;
 mod tile;
+mod paper;
 pub mod render;
 pub mod stats;
 

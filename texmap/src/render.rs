@@ -10,13 +10,15 @@ use resample_core::tile::TileLists;
 use resample_core::{Camera, Image, Reuse};
 
 use crate::options::RenderOptions;
+use crate::paper::pixel_look_ups;
 use crate::prepare::Prepared;
 use crate::project::cull::{InView, cull};
+use crate::screen::padded_tile::Window;
 use crate::screen::padded_tile::{TILE_WIDTH, tile_grid};
-use crate::screen::window::Window;
 use crate::stats::FrameStats;
+use crate::tile::draw::{StageBuffers, draw_tile};
 use crate::tile::planes::add_planes;
-use crate::tile::{FrameView, TileImage, TileWork, near_key, render_tile};
+use crate::tile::task::{FrameView, TileImage, near_key};
 use crate::visibility::filter::PixelFilter;
 use crate::{Error, Scene};
 
@@ -243,11 +245,12 @@ impl Renderer {
             near: near_key(camera),
             simd: self.options.simd.resolve(),
         };
+        let look_ups = pixel_look_ups(self.options.method);
         let tiles: Vec<TileImage> = (0..window.tiles())
             .into_par_iter()
-            .map_init(TileWork::default, |work, index| {
+            .map_init(StageBuffers::default, |buffers, index| {
                 let at = window.tile(index);
-                render_tile(&frame, at, lists.tile(at[0], at[1]), work)
+                draw_tile(&frame, look_ups, (at, lists.tile(at[0], at[1])), buffers)
             })
             .collect();
         let sum = |part: fn(&TileImage) -> f64| tiles.iter().map(part).sum::<f64>();

@@ -157,3 +157,38 @@ pub fn ground(texture: Texture, depth: f32, repeats: f32) -> Scene {
     let uvs = [[0.0, repeats], [across, repeats], [across, 0.0], [0.0, 0.0]];
     quad_scene(corners, uvs, texture, Wrap::Repeat)
 }
+
+/// A tube along a trefoil, of 18 432 triangles: the texture `repeats` times along it and an eighth as often around.
+pub fn trefoil(texture: Texture, repeats: f32) -> Scene {
+    const ALONG: u32 = 384;
+    const AROUND: u32 = 24;
+    let curve = |t: f64| {
+        let (s, c) = t.sin_cos();
+        let (s2, c2) = (2.0 * t).sin_cos();
+        DVec3::new(s + 2.0 * s2, c - 2.0 * c2, -(3.0 * t).sin())
+    };
+    let (mut mesh, mut uv) = (Mesh::default(), Vec::new());
+    for vertex in 0..(ALONG + 1) * (AROUND + 1) {
+        let along = f64::from(vertex / (AROUND + 1)) / f64::from(ALONG);
+        let around = f64::from(vertex % (AROUND + 1)) / f64::from(AROUND);
+        let [t, turn] = [along, around].map(|share| share * std::f64::consts::TAU);
+        let tangent = (curve(t + 1e-4) - curve(t - 1e-4)).normalize();
+        let side = tangent.cross(DVec3::Z).normalize();
+        let normal = side * turn.cos() + side.cross(tangent) * turn.sin();
+        let position = curve(t) + 0.6 * normal;
+        mesh.positions.push(position.as_vec3().to_array());
+        uv.push([along as f32 * repeats, around as f32 * 0.125 * repeats]);
+    }
+    for quad in 0..ALONG * AROUND {
+        let a = quad / AROUND * (AROUND + 1) + quad % AROUND;
+        let (b, c) = (a + AROUND + 1, a + AROUND + 2);
+        mesh.triangles.extend([[a, b, c], [a, c, a + 1]]);
+    }
+    mesh.uvs.push(uv);
+    Scene {
+        meshes: vec![mesh],
+        materials: vec![material(Some(texture_use(Wrap::Repeat)))],
+        textures: vec![texture],
+        ..Scene::default()
+    }
+}

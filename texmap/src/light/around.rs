@@ -1,8 +1,12 @@
-//! Looks at the blurred surroundings, sixteen at a time.
+//! Blurred surroundings as maps on a square, and looks at them, sixteen at a time.
+//!
+//! The square is the octahedral map, whose pole is +y. A direction divided by the sum of its parts' sizes lies on an octahedron; the upper half of it unfolds to a diamond, the
+//! lower half to the four corners of the square around it (Engelhardt and Dachsbacher 2008). Neighbours on the sphere are
+//! neighbours on the square, except at its border, where one side continues on itself turned round.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x8, f32x16, i32x16};
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 use crate::screen::lanes::{LANES, Lanes};
 
@@ -38,7 +42,7 @@ impl Blurred {
 }
 
 /// Where to look.
-pub(super) struct Looks {
+pub(super) struct LookUps {
     /// On the octahedral square, 0..=1.
     x: [f32; LANES],
     y: [f32; LANES],
@@ -46,7 +50,7 @@ pub(super) struct Looks {
     level: [f32; LANES],
 }
 
-impl Looks {
+impl LookUps {
     #[inline(always)]
     pub(super) fn new<S: Simd>(
         simd: S,
@@ -81,7 +85,7 @@ impl Looks {
 pub(super) fn look_around<S: Simd>(
     simd: S,
     blurred: &Blurred,
-    at: &Looks,
+    at: &LookUps,
     count: usize,
     out: &mut [[f32; LANES]; 3],
 ) {
@@ -96,7 +100,7 @@ pub(super) fn look_around<S: Simd>(
         starts[lane] = blurred.starts[level];
         sides[lane] = blurred.sides[level];
     }
-    let places = InMaps::new(simd, (&starts, &sides), at);
+    let places = MapTaps::new(simd, (&starts, &sides), at);
     for lane in 0..count {
         let place = (places.place[lane] as usize, places.stride[lane] as usize);
         let shares_of_texels = [places.right[lane], places.lower[lane]];
@@ -109,7 +113,7 @@ pub(super) fn look_around<S: Simd>(
 }
 
 /// Where to look in one map each.
-struct InMaps {
+struct MapTaps {
     /// The upper left texel, and those from one row to the next.
     place: [i32; LANES],
     stride: [i32; LANES],
@@ -118,9 +122,9 @@ struct InMaps {
     lower: Lanes,
 }
 
-impl InMaps {
+impl MapTaps {
     #[inline(always)]
-    fn new<S: Simd>(simd: S, (starts, sides): (&[i32; LANES], &Lanes), at: &Looks) -> Self {
+    fn new<S: Simd>(simd: S, (starts, sides): (&[i32; LANES], &Lanes), at: &LookUps) -> Self {
         let half = f32x16::splat(simd, 0.5);
         let side = f32x16::from_slice(simd, sides);
         let x = f32x16::from_slice(simd, &at.x) * side + half;
@@ -168,4 +172,83 @@ pub(super) fn four<S: Simd>(
     let left_side = (c - a).mul_add(down, a);
     let right_side = (d - b).mul_add(down, b);
     (right_side - left_side).mul_add(f32x8::splat(simd, right), left_side)
+}
+
+/// Where a direction lies on the square, -1..=1 along both sides.
+#[inline(always)]
+pub(crate) fn square_from_direction(d: Vec3) -> [f32; 2] {
+    let size = d.x.abs() + d.y.abs() + d.z.abs();
+    let (x, z) = (d.x / size, d.z / size);
+    if d.y >= 0.0 {
+        [x, z]
+    } else {
+        [(1.0 - z.abs()).copysign(x), (1.0 - x.abs()).copysign(z)]
+    }
+}
+
+/// The direction at a place of the square, in any length.
+pub(crate) fn direction_from_square([x, z]: [f32; 2]) -> Vec3 {
+    let y = 1.0 - x.abs() - z.abs();
+    if y >= 0.0 {
+        Vec3::new(x, y, z)
+    } else {
+        Vec3::new((1.0 - z.abs()).copysign(x), y, (1.0 - x.abs()).copysign(z))
+    }
+}
+
+/// The direction at the centre of texel (x, y) of `side` times `side`.
+pub(crate) fn direction_of_texel([x, y]: [usize; 2], side: usize) -> Vec3 {
+    let place = |k: usize| (2 * k + 1) as f32 / side as f32 - 1.0;
+    direction_from_square([place(x), place(y)])
+}
+
+/// The texel inside the square that continues it at (x, y), which may lie one texel outside.
+pub(crate) fn folded([x, y]: [isize; 2], side: usize) -> [usize; 2] {
+    let last = side as isize - 1;
+    let (mut x, mut y) = (x, y);
+    if x < 0 || x > last {
+        (x, y) = (x.clamp(0, last), last - y);
+    }
+    if y < 0 || y > last {
+        (x, y) = (last - x, y.clamp(0, last));
+    }
+    [x as usize, y as usize]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_come_back() {
+        for side in [2, 5, 16] {
+            for at in 0..side * side {
+                let texel = [at % side, at / side];
+                let direction = direction_of_texel(texel, side);
+                let [x, y] = square_from_direction(direction.normalize());
+                let back = [x, y].map(|p| ((p + 1.0) * 0.5 * side as f32) as usize);
+                assert_eq!(back, texel, "of {side}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_border_continues_on_the_sphere() {
+        let side = 64;
+        for k in 0..64_isize {
+            for (outside, beside) in [
+                ([-1, k], [0, k]),
+                ([64, k], [63, k]),
+                ([k, -1], [k, 0]),
+                ([k, 64], [k, 63]),
+            ] {
+                let inside = direction_of_texel(beside.map(|at| at as usize), side).normalize();
+                let next = direction_of_texel(folded(outside, side), side).normalize();
+                assert!(
+                    inside.dot(next) > 0.99,
+                    "{outside:?} is far from {beside:?}: {inside} {next}"
+                );
+            }
+        }
+    }
 }

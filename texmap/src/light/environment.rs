@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use resample_mesh::scene::Surroundings;
 
 use super::around::{Blurred, LEVELS};
-use super::octahedron::{direction_of_texel, folded, square_from_direction};
+use super::around::{direction_of_texel, folded, square_from_direction};
 use super::reflectance::{Reflectance, half_vector, visibility};
 use super::suns::Sun;
 use super::{studio, suns};
@@ -58,7 +58,7 @@ impl Environment {
         let coarser = Map::sharp(picture, turn).with_coarser();
         let mut without = None;
         let mut suns = Vec::new();
-        if let Some((found, rest)) = picture.and_then(suns::taken_out) {
+        if let Some((found, rest)) = picture.and_then(suns::extract_suns) {
             suns = found;
             suns.iter_mut()
                 .for_each(|sun| sun.direction = turn.inverse() * sun.direction);
@@ -148,7 +148,7 @@ impl Map {
             let mut sum = Vec3::ZERO;
             for k in 0..looks * looks {
                 let at = [place(x, k % looks), place(y, k / looks)];
-                sum += radiance(super::octahedron::direction_from_square(at).normalize());
+                sum += radiance(super::around::direction_from_square(at).normalize());
             }
             sum / (looks * looks) as f32
         })

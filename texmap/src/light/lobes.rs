@@ -24,8 +24,8 @@ pub(super) struct Lobe<S: Simd> {
     pub(super) metal: f32x16<S>,
 }
 
-/// The varying quantities.
-pub(super) struct Varied<S: Simd> {
+/// Means, variance and covariance over a footprint.
+pub(super) struct FootprintMoments<S: Simd> {
     pub(super) metal: f32x16<S>,
     pub(super) roughness: f32x16<S>,
     /// Variance of roughness.
@@ -34,7 +34,7 @@ pub(super) struct Varied<S: Simd> {
     pub(super) with_metal: f32x16<S>,
 }
 
-impl<S: Simd> Varied<S> {
+impl<S: Simd> FootprintMoments<S> {
     /// The lobes, and how many of them differ.
     #[inline(always)]
     pub(super) fn lobes(&self, simd: S) -> ([Lobe<S>; 2], usize) {

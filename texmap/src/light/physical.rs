@@ -13,12 +13,11 @@ use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 use glam::Vec4;
 
-use super::around::{LEVELS, Looks, four, look_around};
+use super::around::{LEVELS, LookUps, four, look_around};
 use super::environment::{Environment, WITHOUT_SUNS};
-pub(crate) use super::inputs::Inputs;
-use super::lobes::{Lobe, Varied};
-use super::met::Met;
+use super::lobes::{FootprintMoments, Lobe};
 use super::reflectance;
+use super::small_lights::LitSurface;
 use crate::screen::lanes::{LANES, Lanes};
 
 /// The reflectance of a dielectric at normal incidence: an index of refraction of 1.5.
@@ -29,6 +28,44 @@ const LEAST_METAL: f32 = 1e-3;
 
 /// The smallest cosine between normal and eye: a normal map may turn a surface away.
 const LEAST_COSINE: f32 = 1e-3;
+
+/// Surfaces as light meets them.
+pub(crate) struct Inputs {
+    /// Of length 1, in the world.
+    pub(crate) normal: [Lanes; 3],
+    /// Towards the eye, of length 1.
+    pub(crate) eye: [Lanes; 3],
+    /// Base colour, straight.
+    pub(crate) base: [Lanes; 3],
+    pub(crate) metal: Lanes,
+    /// Covariances with metal, of base colour and of roughness: 0 where a footprint has one of each.
+    pub(crate) base_with_metal: [Lanes; 3],
+    pub(crate) roughness_with_metal: Lanes,
+    /// Perceptual roughness: mean and variance.
+    pub(crate) roughness: Lanes,
+    pub(crate) roughness_variance: Lanes,
+    /// Share of light that arrives.
+    pub(crate) open: Lanes,
+    /// Mean square of the distance of normals from their mean.
+    pub(crate) variance: Lanes,
+}
+
+impl Default for Inputs {
+    fn default() -> Self {
+        Self {
+            normal: [[0.0; LANES]; 3],
+            eye: [[0.0; LANES]; 3],
+            base: [[0.0; LANES]; 3],
+            metal: [0.0; LANES],
+            base_with_metal: [[0.0; LANES]; 3],
+            roughness_with_metal: [0.0; LANES],
+            roughness: [0.0; LANES],
+            roughness_variance: [0.0; LANES],
+            open: [1.0; LANES],
+            variance: [0.0; LANES],
+        }
+    }
+}
 
 /// Reflects light at the first `count` places.
 #[simd]
@@ -59,7 +96,7 @@ pub(crate) fn reflect<S: Simd>(
         (base[1] + with_metal[1] * per_metal).max(zero),
         (base[2] + with_metal[2] * per_metal).max(zero),
     ];
-    let varied = Varied {
+    let varied = FootprintMoments {
         metal,
         roughness: load(&inputs.roughness),
         variance: load(&inputs.roughness_variance),
@@ -67,12 +104,12 @@ pub(crate) fn reflect<S: Simd>(
     };
     let (lobes, count_of_lobes) = varied.lobes(simd);
     let mut mirror = [zero; 3];
-    let mut once = Once::new(simd);
+    let mut once = SingleScattering::new(simd);
     for lobe in &lobes[..count_of_lobes] {
         let widened = environment
             .reflectance
             .widened(simd, lobe.roughness, variance);
-        let mut even = Even::default();
+        let mut even = EvenResponse::default();
         even.look(simd, environment, (widened, cosine), count);
         let scale = f32x16::from_slice(simd, &even.scale);
         let offset = f32x16::from_slice(simd, &even.offset);
@@ -85,7 +122,7 @@ pub(crate) fn reflect<S: Simd>(
             f0[k] = dielectric + (metals[k] - dielectric) * lobe.metal;
             mirror[k] += (f0[k] * scale + offset) * seen[k] * lobe.weight;
         }
-        let met = Met {
+        let met = LitSurface {
             normal: [nx, ny, nz],
             eye: [vx, vy, vz],
             cosine,
@@ -109,7 +146,7 @@ pub(crate) fn reflect<S: Simd>(
         base,
         with_metal,
     };
-    let further = footprint.further(simd, &once);
+    let further = footprint.multiple_scattering(simd, &once);
     let open = load(&inputs.open);
     let mut rgb = [[0.0; LANES]; 3];
     for k in 0..3 {
@@ -134,7 +171,7 @@ struct Footprint<S: Simd> {
 impl<S: Simd> Footprint<S> {
     /// The shares of even light that bounce between facets, or scatter below the surface, before they leave.
     #[inline(always)]
-    fn further(&self, simd: S, once: &Once<S>) -> [f32x16<S>; 3] {
+    fn multiple_scattering(&self, simd: S, once: &SingleScattering<S>) -> [f32x16<S>; 3] {
         let splat = |x: f32| f32x16::splat(simd, x);
         let (zero, one) = (splat(0.0), splat(1.0));
         // Each of the two is whole by itself; light that bounces is no line in f0, so that their mix is not that of a mixed f0.
@@ -142,12 +179,12 @@ impl<S: Simd> Footprint<S> {
         let per_paint = one / paint.max(splat(LEAST_METAL));
         let of_metal = once.of(self.per_metal);
         let of_paint = once.of(zero - per_paint);
-        let (first, often_of_paint) = of_paint.again(simd, splat(DIELECTRIC));
+        let (first, often_of_paint) = of_paint.scattered(simd, splat(DIELECTRIC));
         let below = (one - first - often_of_paint).max(zero);
         let often_of_paint = often_of_paint * paint;
         let mut further = [zero; 3];
         for (k, further) in further.iter_mut().enumerate() {
-            let (_, often_of_metal) = of_metal.again(simd, self.metals[k]);
+            let (_, often_of_metal) = of_metal.scattered(simd, self.metals[k]);
             let often = often_of_paint + often_of_metal * self.metal;
             let matt = self.base[k] * (below * paint) - self.with_metal[k] * below;
             *further = often + matt.max(zero);
@@ -157,14 +194,14 @@ impl<S: Simd> Footprint<S> {
 }
 
 /// The reflection of even light by a footprint: means over its lobes, and how both go with metal.
-struct Once<S: Simd> {
+struct SingleScattering<S: Simd> {
     scale: f32x16<S>,
     offset: f32x16<S>,
     scale_with_metal: f32x16<S>,
     offset_with_metal: f32x16<S>,
 }
 
-impl<S: Simd> Once<S> {
+impl<S: Simd> SingleScattering<S> {
     #[inline(always)]
     fn new(simd: S) -> Self {
         let zero = f32x16::splat(simd, 0.0);
@@ -192,8 +229,8 @@ impl<S: Simd> Once<S> {
 
     /// Scale and offset of a part of the footprint: of the metal by one over its share, of the paint by the same, negative.
     #[inline(always)]
-    fn of(&self, per_share: f32x16<S>) -> Part<S> {
-        Part {
+    fn of(&self, per_share: f32x16<S>) -> EvenReflection<S> {
+        EvenReflection {
             scale: self.scale + self.scale_with_metal * per_share,
             offset: self.offset + self.offset_with_metal * per_share,
         }
@@ -201,15 +238,15 @@ impl<S: Simd> Once<S> {
 }
 
 /// The reflection of even light by a part of a footprint.
-struct Part<S: Simd> {
+struct EvenReflection<S: Simd> {
     scale: f32x16<S>,
     offset: f32x16<S>,
 }
 
-impl<S: Simd> Part<S> {
+impl<S: Simd> EvenReflection<S> {
     /// The light that leaves at once, and the light that leaves after it has bounced between facets.
     #[inline(always)]
-    fn again(&self, simd: S, f0: f32x16<S>) -> (f32x16<S>, f32x16<S>) {
+    fn scattered(&self, simd: S, f0: f32x16<S>) -> (f32x16<S>, f32x16<S>) {
         let one = f32x16::splat(simd, 1.0);
         let bounced = one - (self.scale + self.offset);
         let once = f0 * self.scale + self.offset;
@@ -223,7 +260,7 @@ impl<S: Simd> Part<S> {
 fn add_suns<S: Simd>(
     simd: S,
     environment: &Environment,
-    (met, lacking): (&Met<S>, f32x16<S>),
+    (met, lacking): (&LitSurface<S>, f32x16<S>),
     f0: &[f32x16<S>; 3],
     mirror: &mut [f32x16<S>; 3],
 ) {
@@ -245,7 +282,7 @@ type Directions<S> = ([f32x16<S>; 3], [f32x16<S>; 3]);
 fn seen_in_lobe<S: Simd>(
     simd: S,
     environment: &Environment,
-    ((normal, mirrored), even): (&Directions<S>, &Even),
+    ((normal, mirrored), even): (&Directions<S>, &EvenResponse),
     count: usize,
 ) -> ([f32x16<S>; 3], f32x16<S>) {
     let zero = f32x16::splat(simd, 0.0);
@@ -260,7 +297,7 @@ fn seen_in_lobe<S: Simd>(
             normal[2] + (mirrored[2] - normal[2]) * turn,
         ];
         let level = f32x16::from_slice(simd, &even.lobe[look]);
-        let at = Looks::new(simd, &towards, level);
+        let at = LookUps::new(simd, &towards, level);
         look_around(simd, &environment.blurred, &at, count, &mut seen[look]);
         lacking[look] = lacks_suns(simd, level);
     }
@@ -329,7 +366,7 @@ fn irradiance<S: Simd>(
 
 /// The response of a surface to even light; see [`reflectance::Reflectance`].
 #[derive(Default)]
-struct Even {
+struct EvenResponse {
     scale: Lanes,
     offset: Lanes,
     part_of_second: Lanes,
@@ -338,7 +375,7 @@ struct Even {
     lobe: [Lanes; 2],
 }
 
-impl Even {
+impl EvenResponse {
     #[inline(always)]
     fn look<S: Simd>(
         &mut self,

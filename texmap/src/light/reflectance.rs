@@ -58,7 +58,7 @@ impl Reflectance {
         };
         for (node, lobe) in nodes.iter().enumerate() {
             let share = |k: usize| k as f32 / (SIDE - 1) as f32;
-            let looks = stretched::looks(share(node / SIDE), share(node % SIDE));
+            let looks = stretched::lobe_pair(share(node / SIDE), share(node % SIDE));
             let [one, other] = looks.looks;
             reflectance.table.push([
                 lobe.scale,

@@ -15,7 +15,7 @@ const SIDE: usize = 12;
 
 /// A look at blurred surroundings.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Look {
+pub(super) struct LobeLook {
     /// Where it lies between the normal (0) and the mirrored eye (1), or beyond.
     pub(super) turn: f32,
     /// Roughness of the lobe that blurs.
@@ -23,14 +23,14 @@ pub(super) struct Look {
 }
 
 /// The two looks that stand for a lobe.
-pub(super) struct Looks {
-    pub(super) looks: [Look; 2],
+pub(super) struct LobePair {
+    pub(super) looks: [LobeLook; 2],
     /// The weight of the second; the first has the rest.
     pub(super) part_of_second: f32,
 }
 
 /// The looks for a roughness and a cosine between normal and eye, bilinear between nodes.
-pub(super) fn looks(roughness: f32, cosine: f32) -> Looks {
+pub(super) fn lobe_pair(roughness: f32, cosine: f32) -> LobePair {
     let last = (SIDE - 1) as f32;
     let [row, column] = [roughness, cosine].map(|at| at.clamp(0.0, 1.0) * last);
     let (i, j) = (
@@ -42,8 +42,8 @@ pub(super) fn looks(roughness: f32, cosine: f32) -> Looks {
         let across = |i: usize| TABLE[i][j][k] + (TABLE[i][j + 1][k] - TABLE[i][j][k]) * right;
         across(i) + (across(i + 1) - across(i)) * down
     });
-    let look = |turn, roughness| Look { turn, roughness };
-    Looks {
+    let look = |turn, roughness| LobeLook { turn, roughness };
+    LobePair {
         looks: [look(turn, rough), look(other_turn, other_rough)],
         part_of_second: part,
     }

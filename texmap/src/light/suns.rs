@@ -66,7 +66,7 @@ impl Spot {
 }
 
 /// Takes lights out of a picture; gives them and what is left, or nothing where there are none.
-pub(crate) fn taken_out(picture: &Surroundings) -> Option<(Vec<Sun>, Surroundings)> {
+pub(crate) fn extract_suns(picture: &Surroundings) -> Option<(Vec<Sun>, Surroundings)> {
     let mut spots = spots(picture);
     let strength_order = |a: &Spot, b: &Spot| b.strength().total_cmp(&a.strength());
     spots.sort_by(strength_order);
@@ -92,7 +92,7 @@ pub(crate) fn taken_out(picture: &Surroundings) -> Option<(Vec<Sun>, Surrounding
 
 /// The lights among the brightest spots of a picture, one more than have a place.
 fn spots(picture: &Surroundings) -> Vec<Spot> {
-    let whole = whole(picture);
+    let whole = total_light(picture);
     let mut rest = Cow::Borrowed(picture);
     let mut looked_at = vec![false; picture.rgb.len()];
     let mut spots = Vec::new();
@@ -158,7 +158,7 @@ fn solid(picture: &Surroundings, row: usize) -> f32 {
 }
 
 /// All light.
-fn whole(picture: &Surroundings) -> f64 {
+fn total_light(picture: &Surroundings) -> f64 {
     let rows = picture.rgb.chunks_exact(picture.width).enumerate();
     rows.map(|(row, pixels)| {
         let sum: f64 = pixels.iter().map(|pixel| f64::from(bright(pixel))).sum();
@@ -292,7 +292,7 @@ mod tests {
     #[test]
     fn small_bright_lights_are_taken_out_and_large_or_dim_ones_stay() {
         let (first, second) = (Vec3::new(0.3, 0.8, 0.2), Vec3::new(-1.0, 0.1, 0.4));
-        let found = taken_out(&sky(&[(first, 0.01, 4000.0), (second, 0.015, 900.0)]));
+        let found = extract_suns(&sky(&[(first, 0.01, 4000.0), (second, 0.015, 900.0)]));
         let (suns, rest) = found.expect("two lights");
         assert_eq!(suns.len(), 2);
         assert!(suns[0].direction.distance(first.normalize()) < 1e-3);
@@ -301,13 +301,13 @@ mod tests {
         assert!((power / disc - 1.0).abs() < 0.1, "{power} of {disc}");
         assert!(rest.rgb.iter().all(|pixel| pixel[0] < 0.6), "an even sky");
         assert!(
-            taken_out(&sky(&[(first, 0.2, 4000.0)])).is_none(),
+            extract_suns(&sky(&[(first, 0.2, 4000.0)])).is_none(),
             "a large lamp"
         );
         assert!(
-            taken_out(&sky(&[(first, 0.01, 2.0)])).is_none(),
+            extract_suns(&sky(&[(first, 0.01, 2.0)])).is_none(),
             "a dim one"
         );
-        assert!(taken_out(&sky(&[])).is_none(), "an even sky");
+        assert!(extract_suns(&sky(&[])).is_none(), "an even sky");
     }
 }

@@ -18,27 +18,27 @@ pub(crate) struct Surface<'a> {
     pub(crate) uv: &'a [DVec2],
 }
 
-struct Made<'a> {
+struct MikkGeometry<'a> {
     surface: Surface<'a>,
     tangents: Vec<Tangents>,
 }
 
 /// By triangle and corner; where texture coordinates have no direction, the tangent is any.
-pub(crate) fn made(surface: Surface) -> Vec<Tangents> {
+pub(crate) fn generate(surface: Surface) -> Vec<Tangents> {
     let tangents = vec![[[1.0, 0.0, 0.0, 1.0]; 3]; surface.triangles.len()];
-    let mut made = Made { surface, tangents };
+    let mut made = MikkGeometry { surface, tangents };
     // It fails for a mesh without triangles alone, which has no tangents.
     let _ = generate_tangents(&mut made);
     made.tangents
 }
 
-impl Made<'_> {
+impl MikkGeometry<'_> {
     fn corner(&self, face: usize, corner: usize) -> usize {
         self.surface.triangles[face][corner] as usize
     }
 }
 
-impl Geometry for Made<'_> {
+impl Geometry for MikkGeometry<'_> {
     fn num_faces(&self) -> usize {
         self.surface.triangles.len()
     }
@@ -93,7 +93,7 @@ mod tests {
                     uv
                 }
             });
-            let tangents = made(Surface {
+            let tangents = generate(Surface {
                 positions: &positions,
                 normals: &[],
                 triangles: &[[0, 1, 2], [0, 2, 3]],

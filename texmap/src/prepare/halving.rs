@@ -3,8 +3,8 @@
 use glam::Vec4;
 use rayon::prelude::*;
 
+use crate::prepare::level::wrapped;
 use crate::prepare::level::{Level, LevelTexels, narrowed, stride};
-use crate::prepare::wrap::wrapped;
 use resample_mesh::scene::Wrap;
 
 /// The weights of one coarse texel: the first fine texel and what each one from there on counts.

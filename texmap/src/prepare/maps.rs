@@ -11,8 +11,8 @@ use resample_core::image::srgb_from_linear;
 use resample_mesh::scene::{Texels, Texture, Wrap};
 
 use crate::prepare::level::LINEAR;
+use crate::prepare::level::wrapped;
 use crate::prepare::usage::Weighting;
-use crate::prepare::wrap::wrapped;
 
 /// Rounding of means of normals kept in 16 bits: variances below count as none.
 const ROUNDING: f32 = 1e-4;

@@ -1,12 +1,11 @@
 //! A scene as the renderer keeps it: meshes with texture coordinates in texels, materials, pyramids.
 //!
 //! Takes a [`Scene`], once. A picture that several materials use in one way is decoded once. In the order of use: pictures that
-//! replace those of the file (`textures`), wrapping (`wrap`), maps of light (`maps`), the use of pictures in materials (`usage`), mip
-//! levels (`level`, `halving`, `mip`), triangles that share
-//! an edge (`adjacency`), borders of charts (`charts`), and triangles whose emission is black (`no_emission`).
+//! replace those of the file (`textures`), maps of light (`maps`), the use of pictures in materials (`usage`), mip
+//! levels (`level`, `halving`, `mip`), triangles that share an edge (`adjacency`), borders of charts (`charts`), and
+//! triangles whose emission is black (`no_emission`).
 
 pub(crate) mod textures;
-pub(crate) mod wrap;
 pub(crate) mod maps;
 pub(crate) mod usage;
 pub(crate) mod level;
@@ -28,7 +27,7 @@ use crate::prepare::charts::Charts;
 use crate::prepare::mip::Pyramid;
 use crate::prepare::no_emission::black_around;
 pub(crate) use crate::prepare::usage::{MAPS, METALS, NORMALS, OCCLUSION, ROUGHNESS};
-use crate::prepare::usage::{Pictures, TexelUse, Used, Varying, per_base};
+use crate::prepare::usage::{Pictures, TexelUse, Used, VaryingMetals, per_base};
 use resample_mesh::scene::{
     AlphaMode, Lighting, Magnify, Material, Mesh, Scene, Sides, TextureUse, Wrap,
 };
@@ -135,7 +134,7 @@ pub(crate) enum LightKind {
 #[derive(Default)]
 struct Keys {
     pyramids: Vec<PyramidKey>,
-    varying: Varying,
+    varying: VaryingMetals,
 }
 
 /// The key of a pyramid: uses of a picture with equal keys share it.
@@ -287,7 +286,7 @@ fn tangents(scene: &Scene, mesh: &Mesh, texture: &TextureUse) -> Vec<Tangents> {
         let of_corner = |corner: u32| mesh.tangents[corner as usize];
         return mesh.triangles.iter().map(|t| t.map(of_corner)).collect();
     }
-    tangents::made(tangents::Surface {
+    tangents::generate(tangents::Surface {
         positions: &mesh.positions,
         normals: &mesh.normals,
         triangles: &mesh.triangles,

@@ -19,7 +19,7 @@ const BLOCK: usize = 8;
 const FARTHEST: f64 = 4096.0;
 
 /// Numbers of blocks that are not black, above and left of each corner of a block.
-struct Sums {
+struct SummedBlocks {
     /// Blocks along u and v.
     blocks: [usize; 2],
     /// Texels along u and v.
@@ -30,7 +30,7 @@ struct Sums {
 
 /// By triangle: how far around it the texture is black, texels; empty where that is nowhere.
 pub(crate) fn black_around(pyramid: &Pyramid, uv: &[DVec2], triangles: &[[u32; 3]]) -> Vec<f32> {
-    let sums = Sums::new(pyramid);
+    let sums = SummedBlocks::new(pyramid);
     let [columns, rows] = sums.blocks;
     if uv.is_empty() || sums.count([0, 0], [columns, rows]) as usize == columns * rows {
         return Vec::new();
@@ -42,7 +42,7 @@ pub(crate) fn black_around(pyramid: &Pyramid, uv: &[DVec2], triangles: &[[u32; 3
     triangles.par_iter().map(around).collect()
 }
 
-impl Sums {
+impl SummedBlocks {
     fn new(pyramid: &Pyramid) -> Self {
         let level = &pyramid.levels[0];
         let blocks = level.size.map(|count| count.div_ceil(BLOCK));

@@ -77,10 +77,10 @@ pub(crate) struct Pictures {
 
 /// Pictures of metal by their place in the scene, and whether theirs varies: many materials may share one.
 #[derive(Default)]
-pub(crate) struct Varying(HashMap<usize, bool>);
+pub(crate) struct VaryingMetals(HashMap<usize, bool>);
 
 impl Pictures {
-    pub(crate) fn new(scene: &Scene, material: &Material, varying: &mut Varying) -> Self {
+    pub(crate) fn new(scene: &Scene, material: &Material, varying: &mut VaryingMetals) -> Self {
         let physical = material.physical.unwrap_or_default();
         let colour = match material.alpha {
             AlphaMode::Opaque => TexelUse::Opaque,
@@ -133,7 +133,7 @@ fn shared(scene: &Scene, roughness: TextureUse, occlusion: TextureUse) -> Option
 }
 
 /// The metal's part of a material's base colour, if that varies and both lie in the same way.
-fn metals(scene: &Scene, material: &Material, varying: &mut Varying) -> Option<Used> {
+fn metals(scene: &Scene, material: &Material, varying: &mut VaryingMetals) -> Option<Used> {
     let physical = material.physical?;
     let (base, map) = (material.base_texture?, physical.metal_roughness_texture?);
     per_base(scene, material, map).filter(|_| physical.metal > 0.0)?;
@@ -146,7 +146,7 @@ fn metals(scene: &Scene, material: &Material, varying: &mut Varying) -> Option<U
         wrap: map.wrap,
         alpha,
     };
-    let Varying(varying) = varying;
+    let VaryingMetals(varying) = varying;
     let varies = || metal_varies(&scene.textures[map.texture]);
     let varies = *varying.entry(map.texture).or_insert_with(varies);
     varies.then_some((base, usage))

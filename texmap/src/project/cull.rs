@@ -87,7 +87,7 @@ impl InView {
 
 /// The triangles that one task found in view.
 #[derive(Default)]
-struct Found {
+struct ChunkInView {
     seen: Vec<SeenTriangle>,
     rects: Vec<TileRect>,
     back_facing: u64,
@@ -105,14 +105,14 @@ pub(crate) fn cull(scene: &Prepared, camera: &Camera, stats: &mut FrameStats) ->
             .map(|pos| Corner::new(camera, mesh.in_world(pos)))
             .collect();
         let sides = scene.materials[mesh.material].sides;
-        let found: Vec<Found> = mesh
+        let found: Vec<ChunkInView> = mesh
             .triangles
             .par_chunks(CHUNK)
             .enumerate()
             .map(|(chunk, triangles)| {
-                let mut found = Found::default();
+                let mut found = ChunkInView::default();
                 for (at, triangle) in triangles.iter().enumerate() {
-                    let place = Place {
+                    let place = TriangleIndex {
                         mesh: index as u32,
                         triangle: (chunk * CHUNK + at) as u32,
                         sides,
@@ -135,7 +135,7 @@ pub(crate) fn cull(scene: &Prepared, camera: &Camera, stats: &mut FrameStats) ->
     in_view
 }
 
-struct Place {
+struct TriangleIndex {
     mesh: u32,
     triangle: u32,
     sides: Sides,
@@ -200,8 +200,8 @@ impl Shape {
     }
 }
 
-impl Found {
-    fn add(&mut self, camera: &Camera, corners: &[Corner; 3], place: &Place) {
+impl ChunkInView {
+    fn add(&mut self, camera: &Camera, corners: &[Corner; 3], place: &TriangleIndex) {
         let bounds = bounds_px(camera.near, corners);
         let rect = bounds.and_then(|bounds| Some((bounds, tiles(camera, &bounds)?)));
         let Some((bounds_px, rect)) = rect else {

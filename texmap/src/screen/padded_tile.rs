@@ -1,7 +1,9 @@
-//! The size of a tile and of the border that its filter needs.
+//! Tiles: their size with the border that the filter needs, and the part of a picture that is drawn.
 
 use resample_core::Camera;
 use resample_core::tile::{TILE_PX, TileGrid};
+
+use crate::Error;
 
 /// A tile's width, px: a row is one vector.
 pub(crate) const TILE_WIDTH: usize = TILE_PX;
@@ -35,3 +37,68 @@ pub(crate) const BORDER_PX: usize = 2;
 
 /// Columns of pixels that a filter reaches.
 pub(crate) const WINDOW_PX: usize = 2 * BORDER_PX + 1;
+
+/// A window of a picture. Its tiles are those of the whole picture, so that its pixels are, too.
+pub(crate) struct Window {
+    /// Width and height, px.
+    pub(crate) size: [usize; 2],
+    /// Rows of the first tiles that lie above the window.
+    above: usize,
+    /// Column and row of the first tile.
+    first: [usize; 2],
+    /// Columns and rows of tiles.
+    count: [usize; 2],
+}
+
+impl Window {
+    /// The window of `size` pixels from column and row `first` on.
+    pub(crate) fn new(
+        whole: &TileGrid,
+        first: [usize; 2],
+        size: [usize; 2],
+    ) -> Result<Self, Error> {
+        let is_inside = (0..2).all(|axis| {
+            let side = [whole.width, whole.height][axis];
+            first[axis].is_multiple_of(TILE_PX)
+                && first[axis]
+                    .checked_add(size[axis])
+                    .is_some_and(|end| end <= side)
+        });
+        if !is_inside {
+            return Err(Error::Option(format!(
+                "a window of {size:?} pixels from {first:?} on is not inside of {}x{}, or begins within {TILE_PX} pixels",
+                whole.width, whole.height
+            )));
+        }
+        let above = first[1] % TILE_HEIGHT;
+        Ok(Self {
+            size,
+            above,
+            first: [first[0] / TILE_WIDTH, first[1] / TILE_HEIGHT],
+            count: [
+                size[0].div_ceil(TILE_WIDTH),
+                (above + size[1]).div_ceil(TILE_HEIGHT),
+            ],
+        })
+    }
+
+    /// How many tiles it has.
+    pub(crate) fn tiles(&self) -> usize {
+        self.count[0] * self.count[1]
+    }
+
+    /// Column and row of a tile in the whole picture.
+    pub(crate) fn tile(&self, index: usize) -> [usize; 2] {
+        [
+            self.first[0] + index % self.count[0],
+            self.first[1] + index / self.count[0],
+        ]
+    }
+
+    /// The tiles that hold row `y` of the window, of all its tiles, and which of their rows it is.
+    pub(crate) fn row<'a, T>(&self, tiles: &'a [T], y: usize) -> (&'a [T], usize) {
+        let y = self.above + y;
+        let first = y / TILE_HEIGHT * self.count[0];
+        (&tiles[first..first + self.count[0]], y % TILE_HEIGHT)
+    }
+}

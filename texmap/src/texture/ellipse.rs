@@ -9,14 +9,35 @@ use fearless_simd::{f32x8, f32x16};
 use fearless_simd_macros::simd;
 use glam::Vec4;
 use resample_core::dispatch;
+use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::simd::{Vectors, exp2};
 use resample_mesh::scene::Wrap;
 
-use crate::prepare::mip::{Level, LevelTexels};
-use crate::project::pixel::{Gathered, PixelOnTexture};
+use crate::prepare::mip::{Level, LevelTexels, Pyramid};
+use crate::project::surface::UvAt;
 use crate::screen::lanes::IOTA;
-use crate::texture::sums::{OfLevel, OfLevels, Sums};
+use crate::texture::sums::{LevelSum, LevelsSum, WeightSink};
 use crate::texture::taps::Kind;
+
+/// The pixel's variance, px^2.
+pub(crate) const PIXEL_VARIANCE: f32 = (PIXEL_SIGMA_PX * PIXEL_SIGMA_PX) as f32;
+
+/// A pixel on a textured plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PixelOnTexture<'a> {
+    pub(crate) pyramid: &'a Pyramid,
+    pub(crate) at: UvAt,
+    /// Relative change of 1/w per px along x and y; 0 neglects perspective within the footprint.
+    pub(crate) over_w_slope: [f32; 2],
+}
+
+/// A gathered colour.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Gathered {
+    pub(crate) rgba: Vec4,
+    /// Texels looked at.
+    pub(crate) texels: u32,
+}
 
 /// A covariance (xx, xy, yy), texels squared.
 #[derive(Clone, Copy, Debug)]
@@ -155,7 +176,7 @@ impl TexelEllipse {
         level: &Level,
         wrap: [Wrap; 2],
     ) -> Option<Gathered> {
-        let mut sums = OfLevel::<S, K>::new(simd, level, wrap);
+        let mut sums = LevelSum::<S, K>::new(simd, level, wrap);
         let (texels, total) = self.weigh(simd, &mut sums)?;
         let rgba = sums.mean(total);
         Some(Gathered { rgba, texels })
@@ -163,7 +184,7 @@ impl TexelEllipse {
 
     /// Adds every texel of the footprint to `sums`, with its weight. Returns the number of texels and their total weight.
     #[inline(always)]
-    fn weigh<S: Simd>(&self, simd: S, sums: &mut impl Sums<S>) -> Option<(u32, f32)> {
+    fn weigh<S: Simd>(&self, simd: S, sums: &mut impl WeightSink<S>) -> Option<(u32, f32)> {
         let [ixx, ixy, iyy] = self.inverse;
         let reach = self.cut / (1.0 - self.change);
         let [first, last] = whole(self.centre[1], reach * self.extent_v);
@@ -213,7 +234,7 @@ impl TexelEllipse {
         simd: S,
         chords: [Option<Chord>; 2],
         total: &mut f32x8<S>,
-        sums: &mut impl Sums<S>,
+        sums: &mut impl WeightSink<S>,
     ) {
         let [Some(one), two] = chords else { return };
         let other = two.unwrap_or(one);
@@ -243,7 +264,7 @@ impl TexelEllipse {
         simd: S,
         chord: &Chord,
         total: &mut f32x8<S>,
-        sums: &mut impl Sums<S>,
+        sums: &mut impl WeightSink<S>,
     ) {
         sums.start_row(chord.row);
         let dv = f32x16::splat(simd, chord.row as f32 - self.centre[1]);
@@ -317,7 +338,7 @@ fn gather_together<S: Simd>(
     (levels, wrap): (&[&Level], [Wrap; 2]),
     means: &mut [Vec4],
 ) -> Option<u32> {
-    let mut sums = OfLevels::new(simd, levels, wrap);
+    let mut sums = LevelsSum::new(simd, levels, wrap);
     let (texels, total) = ellipse.weigh(simd, &mut sums)?;
     sums.write_means(simd, total, means);
     Some(texels)

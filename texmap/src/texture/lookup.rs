@@ -3,13 +3,13 @@
 //! Each texel is a splat with the texture's own reconstruction kernel (tent or box) in its tangent plane. At a
 //! position of the screen whose texture coordinates are known exactly, the splats that reach it are the two by two
 //! texels around: their sum is the bilinear look-up. A sub-pixel that holds several texels looks coarser levels up
-//! (`places`), or, near the border of a chart, finer ones on this side of it (`at_borders`).
+//! (`lookup_plan`), or, near the border of a chart, finer ones on this side of it (`at_borders`).
 
 use glam::Vec4;
 use resample_mesh::scene::{Magnify, Wrap};
 
+use crate::prepare::level::wrapped;
 use crate::prepare::mip::{Level, Pyramid};
-use crate::prepare::wrap::wrapped;
 
 /// Most look-ups along the longer axis of a sub-pixel. Sub-pixels longer than that are sharpened no further.
 pub(crate) const MAX_LOOKUPS: f32 = 8.0;

@@ -13,7 +13,7 @@ use crate::screen::lanes::{LANES, Lanes};
 use crate::texture::lookup::{LEVEL_REACH, MAX_LOOKUPS, TEXELS_ACROSS};
 
 /// Where the sub-pixels of a batch lie in a texture.
-pub(crate) struct Places {
+pub(crate) struct LookupPlan {
     /// Texels of the full texture.
     pub(crate) u: Lanes,
     pub(crate) v: Lanes,
@@ -28,7 +28,7 @@ pub(crate) struct Places {
     reach: Lanes,
 }
 
-impl Default for Places {
+impl Default for LookupPlan {
     fn default() -> Self {
         Self {
             u: [0.0; LANES],
@@ -42,7 +42,7 @@ impl Default for Places {
     }
 }
 
-impl Places {
+impl LookupPlan {
     /// Computes the places of a batch.
     #[inline(always)]
     pub(crate) fn set<S: Simd>(

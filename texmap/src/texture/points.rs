@@ -13,8 +13,8 @@ use resample_core::simd::Vectors;
 use resample_mesh::scene::Magnify;
 
 use crate::prepare::mip::{Level, Pyramid};
-use crate::project::pixel::{Gathered, PIXEL_VARIANCE, PixelOnTexture};
 use crate::texture::ellipse::{Covariance, TexelEllipse};
+use crate::texture::ellipse::{Gathered, PIXEL_VARIANCE, PixelOnTexture};
 use crate::texture::sums::MOST_TOGETHER;
 
 /// Where the Gaussian is cut, standard deviations. The covariance is widened before by what the cut takes away.
@@ -35,6 +35,17 @@ const MAX_TEXELS: f32 = 1024.0;
 pub(crate) fn is_minified(pixel: &PixelOnTexture, share: f32) -> bool {
     let of_full = covariance(pixel, &pixel.pyramid.levels[0]);
     of_full.eigenvalues()[0] >= share * LEAST_VARIANCE
+}
+
+/// The texels around a pixel by its Gaussian alone, without the texture's kernel: `None` where no texel is near.
+pub(crate) fn gather_by_pixel(pixel: &PixelOnTexture, simd: Vectors) -> Option<Gathered> {
+    let level = &pixel.pyramid.levels[0];
+    let plain = covariance_with(pixel, level, [0.0; 2]);
+    TexelEllipse::new(pixel, level.scale, plain.scaled(1.0 / KEPT), CUT)?.gather_level(
+        level,
+        pixel.pyramid.wrap,
+        simd,
+    )
 }
 
 /// Gathers the texels around a pixel; `None` where the texture is magnified, or nearly: its texels are splats there.
@@ -85,21 +96,6 @@ fn ellipse(pixel: &PixelOnTexture, level: &Level, covariance: Covariance) -> Opt
     let mut ellipse = TexelEllipse::new(pixel, level.scale, covariance.scaled(1.0 / KEPT), CUT)?;
     ellipse.kappa = [fourth(0), fourth(1)];
     Some(ellipse)
-}
-
-/// Gathers texels as plain points, each with the pixel's Gaussian alone: `None` where no texel is near (a hole).
-pub(crate) fn gather_points(pixel: &PixelOnTexture, simd: Vectors) -> Option<Gathered> {
-    // A hole is a pixel that no texel reaches; minified textures have none, so that the same levels serve.
-    if let Some(gathered) = gather_minified(pixel, simd) {
-        return Some(gathered);
-    }
-    let level = &pixel.pyramid.levels[0];
-    let plain = covariance_with(pixel, level, [0.0; 2]);
-    TexelEllipse::new(pixel, level.scale, plain.scaled(1.0 / KEPT), CUT)?.gather_level(
-        level,
-        pixel.pyramid.wrap,
-        simd,
-    )
 }
 
 /// Variance, in squared texels, and fourth cumulant of the kernel that reconstructs the full texture.

@@ -7,14 +7,14 @@ use fearless_simd::prelude::*;
 use glam::Vec4;
 use resample_mesh::scene::Wrap;
 
+use crate::prepare::level::wrapped;
 use crate::prepare::mip::{Level, LevelTexels};
 use crate::prepare::usage::MAPS;
-use crate::prepare::wrap::wrapped;
 use crate::screen::lanes::LANES;
 use crate::texture::taps::Kind;
 
 /// A receiver of the weights of texels.
-pub(crate) trait Sums<S: Simd> {
+pub(crate) trait WeightSink<S: Simd> {
     /// The weights that follow are of this row.
     fn start_row(&mut self, row: i32);
 
@@ -23,14 +23,14 @@ pub(crate) trait Sums<S: Simd> {
 }
 
 /// The sums of one level.
-pub(crate) struct OfLevel<'a, S: Simd, K> {
+pub(crate) struct LevelSum<'a, S: Simd, K> {
     level: &'a Level,
     wrap: [Wrap; 2],
     of_row: &'a [K],
     rgba: [f32x4<S>; 4],
 }
 
-impl<'a, S: Simd, K: Kind> OfLevel<'a, S, K> {
+impl<'a, S: Simd, K: Kind> LevelSum<'a, S, K> {
     #[inline(always)]
     pub(crate) fn new(simd: S, level: &'a Level, wrap: [Wrap; 2]) -> Self {
         Self {
@@ -48,7 +48,7 @@ impl<'a, S: Simd, K: Kind> OfLevel<'a, S, K> {
     }
 }
 
-impl<S: Simd, K: Kind> Sums<S> for OfLevel<'_, S, K> {
+impl<S: Simd, K: Kind> WeightSink<S> for LevelSum<'_, S, K> {
     #[inline(always)]
     fn start_row(&mut self, row: i32) {
         let of_row = self.level.row_start(row, self.wrap[1]);
@@ -68,7 +68,7 @@ impl<S: Simd, K: Kind> Sums<S> for OfLevel<'_, S, K> {
 }
 
 /// The sums of levels of one size. Weights wait, so that levels are seldom changed.
-pub(crate) struct OfLevels<'a, S: Simd> {
+pub(crate) struct LevelsSum<'a, S: Simd> {
     levels: &'a [&'a Level],
     wrap: [Wrap; 2],
     row: i32,
@@ -92,7 +92,7 @@ struct Chunk {
     weights: [f32; LANES],
 }
 
-impl<'a, S: Simd> OfLevels<'a, S> {
+impl<'a, S: Simd> LevelsSum<'a, S> {
     #[inline(always)]
     pub(crate) fn new(simd: S, levels: &'a [&'a Level], wrap: [Wrap; 2]) -> Self {
         Self {
@@ -133,7 +133,7 @@ impl<'a, S: Simd> OfLevels<'a, S> {
     }
 }
 
-impl<S: Simd> Sums<S> for OfLevels<'_, S> {
+impl<S: Simd> WeightSink<S> for LevelsSum<'_, S> {
     #[inline(always)]
     fn start_row(&mut self, row: i32) {
         self.row = row;

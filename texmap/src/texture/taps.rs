@@ -1,6 +1,6 @@
 //! The look-ups of a batch of sub-pixels in textures: places in vectors, then the four texels of each look-up.
 //!
-//! Takes [`Places`], adds to colours. Alike textures share places and weights. Texels that stand beside each other in memory
+//! Takes [`LookupPlan`], adds to colours. Alike textures share places and weights. Texels that stand beside each other in memory
 //! are read together; only those beyond a border of the picture are wrapped, one by one.
 
 use fearless_simd::prelude::*;
@@ -8,10 +8,10 @@ use fearless_simd::{f32x4, f32x16, i32x16, u16x8};
 use glam::Vec4;
 use resample_mesh::scene::Wrap;
 
+use crate::prepare::level::wrapped;
 use crate::prepare::mip::{Level, LevelTexels, Pyramid, UNIT, linear};
-use crate::prepare::wrap::wrapped;
 use crate::screen::lanes::{LANES, Lanes};
-use crate::texture::lookup_plan::Places;
+use crate::texture::lookup_plan::LookupPlan;
 
 /// Texels of one kind.
 pub(crate) trait Kind: Copy {
@@ -115,7 +115,7 @@ impl Kind for [u8; 4] {
 pub(crate) fn look_up<S: Simd>(
     simd: S,
     pyramids: &[(usize, &Pyramid)],
-    (places, count): (&Places, usize),
+    (places, count): (&LookupPlan, usize),
     texels: &mut [[Vec4; LANES]],
 ) {
     let load = |lanes: &Lanes| f32x16::from_slice(simd, lanes);

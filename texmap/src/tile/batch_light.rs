@@ -13,131 +13,129 @@ use crate::prepare::maps::{mean_normal, variance_within};
 use crate::project::batch::Batch;
 use crate::project::surface::{MapPlanes, Surface, SurfaceMaps};
 use crate::screen::lanes::{LANES, Lanes};
-use crate::tile::Tile;
-use crate::tile::pixel_light::{put, straight};
-use crate::tile::texels::{BASE, EMISSIVE, FIRST_MAP, Texels};
+use crate::tile::pixel_light::{put, shaded, unlit_colour};
+use crate::tile::task::Tile;
+use crate::tile::texels::{BASE, EMISSIVE, FIRST_MAP, Texels, look_up_batch};
 
 /// Storage for a batch.
 #[derive(Default)]
-pub(crate) struct BatchWork {
+pub(crate) struct BatchBuffers {
     texels: Texels,
     inputs: Inputs,
 }
 
-impl Tile<'_> {
-    /// The premultiplied colours of a batch, in `out`.
-    #[inline(always)]
-    pub(crate) fn shade_batch<S: Simd>(
-        &self,
-        simd: S,
-        (surface, batch): (&Surface, &Batch),
-        work: &mut BatchWork,
-        out: &mut [Vec4; LANES],
-    ) {
-        self.look_up_batch(simd, (surface, batch), &mut work.texels);
-        if let Some(maps) = &surface.maps {
-            self.reflect_batch(simd, (surface, maps, batch), work, out);
-            return;
-        }
-        let mut light = [1.0; LANES];
-        batch
-            .light(simd, (surface, &self.view))
-            .store_slice(&mut light);
-        let [base, emissive] = [BASE, EMISSIVE].map(|k| &work.texels.colours[k]);
-        let material = surface.material(self.frame.scene);
-        let plain = material.alpha == AlphaMode::Opaque && surface.emissive_colour == Vec4::ZERO;
-        if plain && surface.colours.is_none() {
-            let factor = material.base_colour;
-            for k in 0..batch.count {
-                out[k] = (factor * base[k] * light[k]).truncate().extend(1.0);
-            }
-            return;
-        }
-        for k in 0..batch.count {
-            out[k] = self.shaded(surface, batch.at(k), light[k], base[k], emissive[k]);
-        }
+/// The premultiplied colours of a batch, in `out`.
+#[inline(always)]
+pub(crate) fn shade_batch<S: Simd>(
+    tile: &Tile,
+    simd: S,
+    (surface, batch): (&Surface, &Batch),
+    buffers: &mut BatchBuffers,
+    out: &mut [Vec4; LANES],
+) {
+    look_up_batch(simd, tile, (surface, batch), &mut buffers.texels);
+    if let Some(maps) = &surface.maps {
+        reflect_batch(tile, simd, (surface, maps, batch), buffers, out);
+        return;
     }
-
-    /// The light of surroundings on a batch whose textures are looked up.
-    #[inline(always)]
-    fn reflect_batch<S: Simd>(
-        &self,
-        simd: S,
-        (surface, maps, batch): (&Surface, &SurfaceMaps, &Batch),
-        work: &mut BatchWork,
-        out: &mut [Vec4; LANES],
-    ) {
-        let BatchWork { texels, inputs } = work;
-        let (Some(environment), Some(physical)) = (
-            &self.frame.scene.environment,
-            &surface.material(self.frame.scene).physical,
-        ) else {
-            return;
-        };
-        let (mut scales, mut added) = ([0.0; LANES], [Vec4::ZERO; LANES]);
+    let mut light = [1.0; LANES];
+    batch
+        .light(simd, (surface, &tile.view))
+        .store_slice(&mut light);
+    let [base, emissive] = [BASE, EMISSIVE].map(|k| &buffers.texels.colours[k]);
+    let material = surface.material(tile.frame.scene);
+    let plain = material.alpha == AlphaMode::Opaque && surface.emissive_colour == Vec4::ZERO;
+    if plain && surface.colours.is_none() {
+        let factor = material.base_colour;
         for k in 0..batch.count {
-            let of = |texture: usize| texels.colours[texture][k];
-            let own = straight(self, surface, batch.at(k), (of(BASE), of(EMISSIVE)));
-            let of_maps = [0, 1, 2, 3].map(|map: usize| of(FIRST_MAP + map));
-            put(physical, maps, (&of_maps, &own), k, inputs);
-            (scales[k], added[k]) = (own.scale, own.added);
+            out[k] = (factor * base[k] * light[k]).truncate().extend(1.0);
         }
-        take_normals(maps, batch.count, texels, inputs);
-        self.turn_normals(simd, (surface, maps, batch), inputs);
-        reflect(simd, environment, inputs, batch.count, out);
-        for k in 0..batch.count {
-            out[k] = out[k] * scales[k] + added[k];
-        }
+        return;
     }
+    for k in 0..batch.count {
+        out[k] = shaded(tile, surface, batch.at(k), light[k], base[k], emissive[k]);
+    }
+}
 
-    /// Turns normals from tangent space into the world, and adds the variance of the surface's own.
-    #[inline(always)]
-    fn turn_normals<S: Simd>(
-        &self,
-        simd: S,
-        (surface, maps, batch): (&Surface, &SurfaceMaps, &Batch),
-        inputs: &mut Inputs,
-    ) {
-        let splat = |x: f32| f32x16::splat(simd, x);
-        let zero = splat(0.0);
-        let normal = batch.on_3(simd, &surface.normal);
-        let tangent = batch.on_3(simd, &maps.tangent);
-        let ray = batch.on_3(simd, &self.view.rays);
-        let per_length = one_over_length(simd, &normal);
-        let mut slopes = zero;
-        for axis in 0..2 {
-            let [a, b, c] = [0, 1, 2].map(|k: usize| surface.normal[k][axis]);
-            let along =
-                (normal[0] * splat(a) + normal[1] * splat(b) + normal[2] * splat(c)) * per_length;
-            slopes += splat(a * a + b * b + c * c) - along * along;
-        }
-        let footprint = self.frame.filter.spacing_px.powi(2) / 12.0;
-        let own = slopes.max(zero) * per_length * per_length * splat(footprint);
-        let variance = f32x16::from_slice(simd, &inputs.variance) + own;
-        variance.store_slice(&mut inputs.variance);
-        let per_tangent = one_over_length(simd, &tangent);
-        let per_ray = one_over_length(simd, &ray);
-        let (mut n, mut t) = ([zero; 3], [zero; 3]);
-        for k in 0..3 {
-            n[k] = normal[k] * per_length;
-            t[k] = tangent[k] * per_tangent;
-            (zero - ray[k] * per_ray).store_slice(&mut inputs.eye[k]);
-        }
-        let side = splat(maps.side);
-        let bitangent = [
-            (n[1] * t[2] - n[2] * t[1]) * side,
-            (n[2] * t[0] - n[0] * t[2]) * side,
-            (n[0] * t[1] - n[1] * t[0]) * side,
-        ];
-        let mut turned = [zero; 3];
-        for k in 0..3 {
-            let of = |axis: usize| f32x16::from_slice(simd, &inputs.normal[axis]);
-            turned[k] = t[k] * of(0) + bitangent[k] * of(1) + n[k] * of(2);
-        }
-        let per_turned = one_over_length(simd, &turned);
-        for (part, out) in turned.iter().zip(&mut inputs.normal) {
-            (*part * per_turned).store_slice(out);
-        }
+/// The light of surroundings on a batch whose textures are looked up.
+#[inline(always)]
+fn reflect_batch<S: Simd>(
+    tile: &Tile,
+    simd: S,
+    (surface, maps, batch): (&Surface, &SurfaceMaps, &Batch),
+    buffers: &mut BatchBuffers,
+    out: &mut [Vec4; LANES],
+) {
+    let BatchBuffers { texels, inputs } = buffers;
+    let (Some(environment), Some(physical)) = (
+        &tile.frame.scene.environment,
+        &surface.material(tile.frame.scene).physical,
+    ) else {
+        return;
+    };
+    let (mut scales, mut added) = ([0.0; LANES], [Vec4::ZERO; LANES]);
+    for k in 0..batch.count {
+        let of = |texture: usize| texels.colours[texture][k];
+        let own = unlit_colour(tile, surface, batch.at(k), (of(BASE), of(EMISSIVE)));
+        let of_maps = [0, 1, 2, 3].map(|map: usize| of(FIRST_MAP + map));
+        put(physical, maps, (&of_maps, &own), k, inputs);
+        (scales[k], added[k]) = (own.scale, own.added);
+    }
+    take_normals(maps, batch.count, texels, inputs);
+    turn_normals(tile, simd, (surface, maps, batch), inputs);
+    reflect(simd, environment, inputs, batch.count, out);
+    for k in 0..batch.count {
+        out[k] = out[k] * scales[k] + added[k];
+    }
+}
+
+/// Turns normals from tangent space into the world, and adds the variance of the surface's own.
+#[inline(always)]
+fn turn_normals<S: Simd>(
+    tile: &Tile,
+    simd: S,
+    (surface, maps, batch): (&Surface, &SurfaceMaps, &Batch),
+    inputs: &mut Inputs,
+) {
+    let splat = |x: f32| f32x16::splat(simd, x);
+    let zero = splat(0.0);
+    let normal = batch.on_3(simd, &surface.normal);
+    let tangent = batch.on_3(simd, &maps.tangent);
+    let ray = batch.on_3(simd, &tile.view.rays);
+    let per_length = one_over_length(simd, &normal);
+    let mut slopes = zero;
+    for axis in 0..2 {
+        let [a, b, c] = [0, 1, 2].map(|k: usize| surface.normal[k][axis]);
+        let along =
+            (normal[0] * splat(a) + normal[1] * splat(b) + normal[2] * splat(c)) * per_length;
+        slopes += splat(a * a + b * b + c * c) - along * along;
+    }
+    let footprint = tile.frame.filter.spacing_px.powi(2) / 12.0;
+    let own = slopes.max(zero) * per_length * per_length * splat(footprint);
+    let variance = f32x16::from_slice(simd, &inputs.variance) + own;
+    variance.store_slice(&mut inputs.variance);
+    let per_tangent = one_over_length(simd, &tangent);
+    let per_ray = one_over_length(simd, &ray);
+    let (mut n, mut t) = ([zero; 3], [zero; 3]);
+    for k in 0..3 {
+        n[k] = normal[k] * per_length;
+        t[k] = tangent[k] * per_tangent;
+        (zero - ray[k] * per_ray).store_slice(&mut inputs.eye[k]);
+    }
+    let side = splat(maps.side);
+    let bitangent = [
+        (n[1] * t[2] - n[2] * t[1]) * side,
+        (n[2] * t[0] - n[0] * t[2]) * side,
+        (n[0] * t[1] - n[1] * t[0]) * side,
+    ];
+    let mut turned = [zero; 3];
+    for k in 0..3 {
+        let of = |axis: usize| f32x16::from_slice(simd, &inputs.normal[axis]);
+        turned[k] = t[k] * of(0) + bitangent[k] * of(1) + n[k] * of(2);
+    }
+    let per_turned = one_over_length(simd, &turned);
+    for (part, out) in turned.iter().zip(&mut inputs.normal) {
+        (*part * per_turned).store_slice(out);
     }
 }
 

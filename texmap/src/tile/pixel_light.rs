@@ -10,14 +10,14 @@ use resample_mesh::scene::AlphaMode;
 use crate::light::physical::{Inputs, reflect};
 use crate::prepare::maps::{mean_normal, variance_within};
 use crate::prepare::{MAPS, METALS, NORMALS, PreparedPhysical, ROUGHNESS};
-use crate::project::pixel::PIXEL_VARIANCE;
 use crate::project::surface::{Surface, SurfaceMaps};
 use crate::screen::lanes::LANES;
 use crate::screen::plane::value;
-use crate::tile::{Tile, TileImage};
+use crate::texture::ellipse::PIXEL_VARIANCE;
+use crate::tile::task::Tile;
 
 /// A surface's own colour, and what its light is multiplied by and what is added to it.
-pub(crate) struct Straight {
+pub(crate) struct UnlitColour {
     pub(crate) base: Vec3,
     /// The factor of the base texture's texel.
     factor: Vec3,
@@ -28,12 +28,12 @@ pub(crate) struct Straight {
 
 /// The colour of a surface from its base and emissive texture, before light.
 #[inline(always)]
-pub(crate) fn straight(
+pub(crate) fn unlit_colour(
     tile: &Tile,
     surface: &Surface,
     at: [f32; 2],
     (base, emissive): (Vec4, Vec4),
-) -> Straight {
+) -> UnlitColour {
     let material = surface.material(tile.frame.scene);
     let factor = surface.factor(at);
     let per_alpha = if base.w > 0.0 { 1.0 / base.w } else { 0.0 };
@@ -42,7 +42,7 @@ pub(crate) fn straight(
         AlphaMode::Mask { .. } => (per_alpha, 1.0),
         AlphaMode::Blend => (per_alpha, (factor.w * base.w).min(1.0)),
     };
-    Straight {
+    UnlitColour {
         base: (factor * base * weight).truncate(),
         factor: (factor * weight).truncate(),
         scale: alpha,
@@ -54,7 +54,7 @@ pub(crate) fn straight(
 
 /// Pixels that wait for their light.
 #[derive(Default)]
-pub(crate) struct Waiting {
+pub(crate) struct LightBatch {
     inputs: Inputs,
     pixels: [Pixel; LANES],
     count: usize,
@@ -69,7 +69,7 @@ struct Pixel {
 }
 
 /// The surface in a pixel.
-pub(crate) struct Shown<'a> {
+pub(crate) struct SurfaceSample<'a> {
     pub(crate) surface: &'a Surface,
     pub(crate) at_px: [f32; 2],
     pub(crate) base: Vec4,
@@ -79,107 +79,138 @@ pub(crate) struct Shown<'a> {
     pub(crate) magnified: Option<f32>,
 }
 
-impl Tile<'_> {
+impl LightBatch {
     /// Adds a pixel, `weight` of it, by its place in the tile.
-    pub(crate) fn wait(
-        &self,
-        waiting: &mut Waiting,
+    pub(crate) fn add(
+        &mut self,
+        tile: &Tile,
         (place, weight): (usize, f32),
-        shown: &Shown,
-        image: &mut TileImage,
+        sample: &SurfaceSample,
+        rgba: &mut [[f32; 4]],
     ) {
-        let surface = shown.surface;
+        let surface = sample.surface;
         let (Some(maps), Some(physical)) =
-            (&surface.maps, &surface.material(self.frame.scene).physical)
+            (&surface.maps, &surface.material(tile.frame.scene).physical)
         else {
             return;
         };
-        let lane = waiting.count;
-        let own = straight(self, surface, shown.at_px, (shown.base, shown.emissive));
-        put(
-            physical,
-            maps,
-            (&shown.maps, &own),
-            lane,
-            &mut waiting.inputs,
-        );
+        let lane = self.count;
+        let own = unlit_colour(tile, surface, sample.at_px, (sample.base, sample.emissive));
+        put(physical, maps, (&sample.maps, &own), lane, &mut self.inputs);
         let (mut normal, mut variance) = (Vec3::Z, 0.0);
         if maps.maps[NORMALS].is_some() {
-            (normal, variance) = mean_normal(shown.maps[NORMALS]);
-            if let Some(side2) = shown.magnified {
-                variance = variance_within(shown.maps[NORMALS], side2);
+            (normal, variance) = mean_normal(sample.maps[NORMALS]);
+            if let Some(side2) = sample.magnified {
+                variance = variance_within(sample.maps[NORMALS], side2);
             }
         }
-        let (normal, of_surface) = self.turned(surface, maps, shown.at_px, normal);
-        let rays = &self.view.rays;
+        let (normal, of_surface) = turned(surface, maps, sample.at_px, normal);
+        let rays = &tile.view.rays;
         let eye = -Vec3::new(
-            value(&rays[0], shown.at_px),
-            value(&rays[1], shown.at_px),
-            value(&rays[2], shown.at_px),
+            value(&rays[0], sample.at_px),
+            value(&rays[1], sample.at_px),
+            value(&rays[2], sample.at_px),
         )
         .normalize_or_zero();
         for k in 0..3 {
-            waiting.inputs.normal[k][lane] = normal[k];
-            waiting.inputs.eye[k][lane] = eye[k];
+            self.inputs.normal[k][lane] = normal[k];
+            self.inputs.eye[k][lane] = eye[k];
         }
-        waiting.inputs.variance[lane] = variance + of_surface * PIXEL_VARIANCE;
-        waiting.pixels[lane] = Pixel {
+        self.inputs.variance[lane] = variance + of_surface * PIXEL_VARIANCE;
+        self.pixels[lane] = Pixel {
             place,
             scale: own.scale * weight,
             added: own.added * weight,
         };
-        waiting.count += 1;
-        if waiting.count == LANES {
-            self.light_waiting(waiting, image);
+        self.count += 1;
+        if self.count == LANES {
+            self.finish(tile, rgba);
         }
     }
 
     /// Lights all pixels that wait.
-    pub(crate) fn light_waiting(&self, waiting: &mut Waiting, image: &mut TileImage) {
-        let count = std::mem::take(&mut waiting.count);
-        let Some(environment) = self.frame.scene.environment.as_ref().filter(|_| count > 0) else {
+    pub(crate) fn finish(&mut self, tile: &Tile, rgba: &mut [[f32; 4]]) {
+        let count = std::mem::take(&mut self.count);
+        let Some(environment) = tile.frame.scene.environment.as_ref().filter(|_| count > 0) else {
             return;
         };
         let mut lit = [Vec4::ZERO; LANES];
-        let inputs = &waiting.inputs;
-        dispatch!(self.frame.simd, simd => reflect(simd, environment, inputs, count, &mut lit));
-        for (pixel, lit) in waiting.pixels[..count].iter().zip(lit) {
-            let sum = &mut image.rgba[pixel.place];
+        let inputs = &self.inputs;
+        dispatch!(tile.frame.simd, simd => reflect(simd, environment, inputs, count, &mut lit));
+        for (pixel, lit) in self.pixels[..count].iter().zip(lit) {
+            let sum = &mut rgba[pixel.place];
             *sum = (Vec4::from(*sum) + lit * pixel.scale + pixel.added).to_array();
         }
     }
+}
 
-    /// A normal of tangent space in the world, and how much the surface's own normal changes from pixel to pixel, squared.
-    fn turned(
-        &self,
-        surface: &Surface,
-        maps: &SurfaceMaps,
-        at: [f32; 2],
-        normal: Vec3,
-    ) -> (Vec3, f32) {
-        let place = |planes: &[[f32; 3]; 3]| {
-            Vec3::new(
-                value(&planes[0], at),
-                value(&planes[1], at),
-                value(&planes[2], at),
-            )
-        };
-        let own = place(&surface.normal);
-        let per_length = own.length_recip();
-        if !per_length.is_finite() {
-            return (Vec3::ZERO, 0.0);
-        }
-        let up = own * per_length;
-        let mut slopes = 0.0;
-        for axis in 0..2 {
-            let slope = Vec3::from([0, 1, 2].map(|k: usize| surface.normal[k][axis])) * per_length;
-            slopes += slope.reject_from_normalized(up).length_squared();
-        }
-        let tangent = place(&maps.tangent).normalize_or_zero();
-        let bitangent = up.cross(tangent) * maps.side;
-        let turned = tangent * normal.x + bitangent * normal.y + up * normal.z;
-        (turned.normalize_or_zero(), slopes)
+/// The value of a pixel or sub-pixel on a surface: filtered textures times factors, lit, premultiplied.
+#[inline(always)]
+pub(crate) fn lit(
+    tile: &Tile,
+    surface: &Surface,
+    at: [f32; 2],
+    base: Vec4,
+    emissive: Vec4,
+) -> Vec4 {
+    shaded(
+        tile,
+        surface,
+        at,
+        surface.light_at(&tile.view, at),
+        base,
+        emissive,
+    )
+}
+
+/// As [`lit`], where the light that is reflected is known.
+#[inline(always)]
+pub(crate) fn shaded(
+    tile: &Tile,
+    surface: &Surface,
+    at: [f32; 2],
+    light: f32,
+    base: Vec4,
+    emissive: Vec4,
+) -> Vec4 {
+    let material = surface.material(tile.frame.scene);
+    let factor = surface.factor(at);
+    // Textures of materials with alpha are premultiplied; what their factor's alpha makes of it is still to do.
+    let (weight, alpha) = match material.alpha {
+        AlphaMode::Opaque => (1.0, 1.0),
+        AlphaMode::Mask { .. } => (if base.w > 0.0 { 1.0 / base.w } else { 0.0 }, 1.0),
+        AlphaMode::Blend => (factor.w, (factor.w * base.w).min(1.0)),
+    };
+    let emitted = surface.emissive_colour * emissive * alpha;
+    (factor * base * (weight * light) + emitted)
+        .truncate()
+        .extend(alpha)
+}
+
+/// A normal of tangent space in the world, and how much the surface's own normal changes from pixel to pixel, squared.
+fn turned(surface: &Surface, maps: &SurfaceMaps, at: [f32; 2], normal: Vec3) -> (Vec3, f32) {
+    let place = |planes: &[[f32; 3]; 3]| {
+        Vec3::new(
+            value(&planes[0], at),
+            value(&planes[1], at),
+            value(&planes[2], at),
+        )
+    };
+    let own = place(&surface.normal);
+    let per_length = own.length_recip();
+    if !per_length.is_finite() {
+        return (Vec3::ZERO, 0.0);
     }
+    let up = own * per_length;
+    let mut slopes = 0.0;
+    for axis in 0..2 {
+        let slope = Vec3::from([0, 1, 2].map(|k: usize| surface.normal[k][axis])) * per_length;
+        slopes += slope.reject_from_normalized(up).length_squared();
+    }
+    let tangent = place(&maps.tangent).normalize_or_zero();
+    let bitangent = up.cross(tangent) * maps.side;
+    let turned = tangent * normal.x + bitangent * normal.y + up * normal.z;
+    (turned.normalize_or_zero(), slopes)
 }
 
 /// Puts all but normals into what light meets.
@@ -187,7 +218,7 @@ impl Tile<'_> {
 pub(crate) fn put(
     physical: &PreparedPhysical,
     maps: &SurfaceMaps,
-    (texels, own): (&[Vec4; MAPS], &Straight),
+    (texels, own): (&[Vec4; MAPS], &UnlitColour),
     at: usize,
     inputs: &mut Inputs,
 ) {

@@ -13,12 +13,16 @@ use resample_core::{Image, Plane, Projection, dispatch};
 use crate::options::{PlaneKind, RenderOptions};
 use crate::project::surface::Surface;
 use crate::screen::lanes::IOTA;
+use crate::screen::padded_tile::Window;
 use crate::screen::padded_tile::{TILE_HEIGHT, TILE_WIDTH};
 use crate::screen::plane::Plane as Linear;
-use crate::screen::window::Window;
-use crate::tile::accumulate::centre_px;
-use crate::tile::{Cell, Tile, TileImage, TileWork};
-use crate::visibility::fragments::LEAST_WEIGHT;
+use crate::tile::cells::{Cell, Cells};
+use crate::tile::points::DirectPixels;
+use crate::tile::task::{Tile, TileImage, centre_px};
+use crate::tile::visible::Visible;
+use crate::visibility::Visibility;
+use crate::visibility::edges::Edges;
+use crate::visibility::fragments::{Fragments, LEAST_WEIGHT};
 
 /// A number for each pixel of a row of the tile.
 type Row = [f32; TILE_WIDTH];
@@ -33,93 +37,134 @@ struct RowPlanes {
 }
 
 /// A triangle in the pixels of a row: its share of each, and where that lies, px from the corner of the tile's border.
-struct Part<'a, S: Simd> {
+struct TriangleShare<'a, S: Simd> {
     surface: &'a Surface,
     key: Linear,
     weight: f32x16<S>,
     at: [f32x16<S>; 2],
 }
 
-impl Tile<'_> {
-    /// Fills the planes that the options ask for: one after another, each pixel by pixel.
-    pub(crate) fn fill_planes(&self, work: &mut TileWork, image: &mut TileImage) {
-        let mut points = [1.0; TILE_WIDTH * TILE_HEIGHT];
-        work.from_subpixels
-            .iter()
-            .for_each(|&pixel| points[usize::from(pixel)] = 0.0);
-        // Layers are sorted, the nearest last.
-        for layer in &work.visibility.layers {
-            work.visibility.ids[layer.subpixel as usize] = layer.id;
-        }
-        work.by_row.clear();
-        let names = channels(self.frame.options);
-        image.planes = vec![0.0; names.len() * TILE_WIDTH * TILE_HEIGHT];
-        for y in 0..TILE_HEIGHT {
-            let mut row = RowPlanes::default();
-            dispatch!(self.frame.simd, simd => fill_row(simd, self, work, y, &mut row));
-            let first = y * TILE_WIDTH;
-            let points: &Row = points[first..].first_chunk().expect("a row of the tile");
-            for (k, (kind, _)) in names.iter().enumerate() {
-                let out = &mut image.planes[k * TILE_WIDTH * TILE_HEIGHT + first..][..TILE_WIDTH];
-                row.write(*kind, points, out);
-            }
+/// Storage of the planes of a tile.
+#[derive(Default)]
+pub(crate) struct PlaneBuffers {
+    /// By sub-pixel: the nearest triangle. Only where there are layers.
+    nearest: Vec<u32>,
+    fragments: Fragments,
+}
+
+/// The planes that the options ask for: one after another, each pixel by pixel.
+pub(crate) fn planes(
+    tile: &Tile,
+    (visible, cells, edges, direct): (&Visible, &Cells, &Edges, &DirectPixels),
+    buffers: &mut PlaneBuffers,
+) -> Vec<f32> {
+    let mut points = [1.0; TILE_WIDTH * TILE_HEIGHT];
+    let from_subpixels = direct.from_subpixels.iter();
+    from_subpixels.for_each(|&pixel| points[usize::from(pixel)] = 0.0);
+    let PlaneBuffers { nearest, fragments } = buffers;
+    fragments.clear();
+    let seen = Seen {
+        visible,
+        cells: &cells.under_filter,
+        edges,
+        nearest: nearest_ids(visible, nearest),
+    };
+    let names = channels(tile.frame.options);
+    let mut planes = vec![0.0; names.len() * TILE_WIDTH * TILE_HEIGHT];
+    for y in 0..TILE_HEIGHT {
+        let mut row = RowPlanes::default();
+        dispatch!(tile.frame.simd, simd => fill_row(simd, tile, (&seen, y), fragments, &mut row));
+        let first = y * TILE_WIDTH;
+        let points: &Row = points[first..].first_chunk().expect("a row of the tile");
+        for (k, (kind, _)) in names.iter().enumerate() {
+            let out = &mut planes[k * TILE_WIDTH * TILE_HEIGHT + first..][..TILE_WIDTH];
+            row.write(*kind, points, out);
         }
     }
+    planes
+}
 
-    /// The depth key of a triangle over the tile.
-    fn key_of(&self, work: &TileWork, id: u32) -> Linear {
-        // Translucent triangles are not kept.
-        match &work.rasters[id as usize] {
-            Some(raster) => *raster.key(),
-            None => self.key_plane(id),
-        }
+/// The surfaces that planes speak of.
+struct Seen<'a> {
+    visible: &'a Visible,
+    /// By pixel of the tile.
+    cells: &'a [Cell],
+    edges: &'a Edges,
+    /// By sub-pixel: the nearest triangle, whatever its alpha.
+    nearest: &'a [u32],
+}
+
+/// The nearest triangle of each sub-pixel, whatever its alpha.
+fn nearest_ids<'a>(visible: &'a Visible, nearest: &'a mut Vec<u32>) -> &'a [u32] {
+    let Visibility { ids, layers, .. } = &visible.subpixels;
+    if layers.is_empty() {
+        return ids;
+    }
+    nearest.clear();
+    nearest.extend(ids);
+    // Layers are sorted, the nearest last.
+    for layer in layers {
+        nearest[layer.subpixel as usize] = layer.id;
+    }
+    nearest
+}
+
+/// The depth key of a triangle over the tile.
+fn key_of(tile: &Tile, visible: &Visible, id: u32) -> Linear {
+    // Translucent triangles are not kept.
+    match &visible.rasters[id as usize] {
+        Some(raster) => *raster.key(),
+        None => tile.key_plane(id),
     }
 }
 
 /// Sums what row `y` of the tile's pixels shows.
 #[simd]
-fn fill_row<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork, y: usize, row: &mut RowPlanes) {
+fn fill_row<S: Simd>(
+    simd: S,
+    tile: &Tile,
+    (seen, y): (&Seen, usize),
+    fragments: &mut Fragments,
+    row: &mut RowPlanes,
+) {
     let projection = tile.frame.camera.projection;
-    let seen = |x: usize| 1u64 << x;
-    let cells: [Cell; TILE_WIDTH] = std::array::from_fn(|x| work.seen[y * TILE_WIDTH + x]);
+    let visible = seen.visible;
+    let bit = |x: usize| 1u64 << x;
+    let cells: [Cell; TILE_WIDTH] = std::array::from_fn(|x| seen.cells[y * TILE_WIDTH + x]);
     let columns = f32x16::from_slice(simd, &IOTA);
     let [x, y_px] = centre_px([0, y]).map(|at| f32x16::splat(simd, at));
     let zero = f32x16::splat(simd, 0.0);
     // Pixels that see one triangle.
     let plane = |&x: &usize| matches!(cells[x], Cell::Plane(_));
-    let mut planes: u64 = (0..TILE_WIDTH).filter(plane).map(seen).sum();
+    let mut planes: u64 = (0..TILE_WIDTH).filter(plane).map(bit).sum();
     while planes != 0 {
         let cell = cells[planes.trailing_zeros() as usize];
-        let alike: u64 = (0..TILE_WIDTH)
-            .filter(|&x| cells[x] == cell)
-            .map(seen)
-            .sum();
+        let alike: u64 = (0..TILE_WIDTH).filter(|&x| cells[x] == cell).map(bit).sum();
         planes &= !alike;
         let Cell::Plane(id) = cell else { continue };
         let alike = mask32x16::from_bitmask(simd, alike);
-        if let Some(surface) = &work.surfaces[id as usize] {
-            let part = Part {
+        if let Some(surface) = &visible.surfaces[id as usize] {
+            let share = TriangleShare {
                 surface,
-                key: tile.key_of(work, id),
+                key: key_of(tile, visible, id),
                 weight: alike.select(f32x16::splat(simd, 1.0), zero),
                 at: [columns + x, y_px],
             };
-            row.add(simd, projection, &part);
+            row.add(simd, projection, &share);
         }
     }
     let several = |cell: Cell| matches!(cell, Cell::Mixed | Cell::Layered);
     let several: u64 = (0..TILE_WIDTH)
         .filter(|&x| several(cells[x]))
-        .map(seen)
+        .map(bit)
         .sum();
     if several == 0 {
         return;
     }
     let mixed = mask32x16::from_bitmask(simd, several);
-    let mut by_row = std::mem::take(&mut work.by_row);
-    let shown = (&work.visibility.ids[..], &work.edges);
-    for sums in by_row.sums((tile.frame.filter, tile.frame.simd), shown, y) {
-        let Some(surface) = &work.surfaces[sums.id as usize] else {
+    let nearest = (seen.nearest, seen.edges);
+    for sums in fragments.sums((tile.frame.filter, tile.frame.simd), nearest, y) {
+        let Some(surface) = &visible.surfaces[sums.id as usize] else {
             continue;
         };
         let weight = f32x16::from_slice(simd, &sums.weight);
@@ -128,29 +173,28 @@ fn fill_row<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork, y: usize, row: &
             continue;
         }
         let scale = f32x16::splat(simd, 1.0) / weight;
-        let part = Part {
+        let share = TriangleShare {
             surface,
-            key: tile.key_of(work, sums.id),
+            key: key_of(tile, visible, sums.id),
             weight: mixed.select(weight, zero),
             at: [0, 1].map(|k: usize| f32x16::from_slice(simd, &sums.at[k]) * scale),
         };
-        row.add(simd, projection, &part);
+        row.add(simd, projection, &share);
     }
-    work.by_row = by_row;
 }
 
 impl RowPlanes {
     /// Adds a triangle where its weight is above 0.
     #[inline(always)]
-    fn add<S: Simd>(&mut self, simd: S, projection: Projection, part: &Part<S>) {
+    fn add<S: Simd>(&mut self, simd: S, projection: Projection, share: &TriangleShare<S>) {
         let splat = |x: f32| f32x16::splat(simd, x);
         let (zero, one) = (splat(0.0), splat(1.0));
-        let Part {
+        let TriangleShare {
             surface,
             weight,
             at: [x, y],
             ..
-        } = *part;
+        } = *share;
         let seen = weight.simd_gt(zero);
         let sum = |row: &mut Row, value: f32x16<S>| {
             let more = seen.select(weight * value, zero);
@@ -158,7 +202,7 @@ impl RowPlanes {
         };
         let at = |plane: &Linear| splat(plane[0]) * x + splat(plane[1]) * y + splat(plane[2]);
         sum(&mut self.coverage, one);
-        let key = at(&part.key);
+        let key = at(&share.key);
         let depth = match projection {
             Projection::Perspective => one / key,
             Projection::Orthographic => zero - key,

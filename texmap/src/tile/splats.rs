@@ -11,11 +11,14 @@ use resample_core::dispatch;
 
 use crate::project::surface::Surface;
 use crate::screen::lanes::LANES;
-use crate::screen::padded_tile::{SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
-use crate::tile::batch_light::BatchWork;
-use crate::tile::{Tile, TileImage, TileWork};
+use crate::screen::padded_tile::{NONE, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
+use crate::tile::batch_light::{BatchBuffers, shade_batch};
+use crate::tile::points::DirectPixels;
+use crate::tile::task::Tile;
+use crate::tile::visible::Visible;
 use crate::visibility::Layer;
-use crate::visibility::by_triangle::Run;
+use crate::visibility::by_triangle::{ByTriangle, Run};
+use crate::visibility::edges::Edges;
 use crate::visibility::filter::PixelFilter;
 
 /// Pixels that are filtered together: four of four channels fill one 512-bit vector.
@@ -27,60 +30,85 @@ type Groups = [[bool; TILE_WIDTH / GROUP_PX]; TILE_HEIGHT];
 /// The pixels of a tile.
 type Pixels = [[Vec4; TILE_WIDTH]; TILE_HEIGHT];
 
-impl Tile<'_> {
-    /// Colours of the sub-pixels that some pixel wants: splats, and translucent surfaces over those behind.
-    pub(crate) fn lay_splats(&self, work: &mut TileWork, image: &mut TileImage) {
-        if work.from_subpixels.is_empty() {
-            return;
-        }
-        image.splats += 4 * dispatch!(self.frame.simd, simd => lay_opaque(simd, self, work));
-        let per_pixel = self.frame.filter.per_pixel;
-        correct_edges(work, per_pixel);
-        if !work.visibility.layers.is_empty() {
-            image.splats += 4 * dispatch!(self.frame.simd, simd => lay_layers(simd, self, work));
-        }
-    }
+/// The colours of the sub-pixels of a tile.
+#[derive(Default)]
+pub(crate) struct SubpixelColours {
+    /// Linear premultiplied. Old where no pixel is made from sub-pixels.
+    rgba: Vec<[f32; 4]>,
+    /// Splats that were laid.
+    pub(crate) splats: u64,
+    by_triangle: ByTriangle,
+    layers: Layers,
+    /// By edge: the difference in colour across it.
+    jumps: Vec<Vec4>,
+}
 
-    /// Filters sub-pixels down to the pixels that are made from them.
-    pub(crate) fn resolve(&self, work: &TileWork, image: &mut TileImage) {
-        let place = |pixel: u16| {
-            [
-                usize::from(pixel) % TILE_WIDTH,
-                usize::from(pixel) / TILE_WIDTH,
-            ]
-        };
-        let mut wanted = [[false; TILE_WIDTH / GROUP_PX]; TILE_HEIGHT];
-        for [x, y] in work.from_subpixels.iter().copied().map(place) {
-            wanted[y][x / GROUP_PX] = true;
-        }
-        let mut pixels = [[Vec4::ZERO; TILE_WIDTH]; TILE_HEIGHT];
-        let filter = self.frame.filter;
-        dispatch!(self.frame.simd, simd => filter_groups(simd, filter, &work.colours, &wanted, &mut pixels));
-        for &pixel in &work.from_subpixels {
-            let [x, y] = place(pixel);
-            // The corrections at edges are exact only in their sum, and may leave a remainder of either sign.
-            let sum = pixels[y][x].max(Vec4::ZERO);
-            image.rgba[usize::from(pixel)] = sum.truncate().extend(sum.w.min(1.0)).to_array();
-        }
+/// Colours of the sub-pixels that some pixel wants: splats, and translucent surfaces over those behind.
+pub(crate) fn lay_splats<'a>(
+    tile: &Tile,
+    (visible, edges, direct): (&Visible, &Edges, &DirectPixels),
+    colours: &'a mut SubpixelColours,
+) -> &'a SubpixelColours {
+    colours.splats = 0;
+    if direct.from_subpixels.is_empty() {
+        return colours;
     }
+    let (simd, wanted) = (tile.frame.simd, &direct.wanted[..]);
+    colours.splats +=
+        4 * dispatch!(simd, simd => lay_opaque(simd, tile, (visible, wanted), colours));
+    correct_edges(edges, (wanted, tile.frame.filter.per_pixel), colours);
+    if !visible.subpixels.layers.is_empty() {
+        colours.splats +=
+            4 * dispatch!(simd, simd => lay_layers(simd, tile, (visible, wanted), colours));
+    }
+    colours
+}
+
+/// The pixels of the tile: sub-pixels are filtered down to those that are made from them, the others are as they are.
+pub(crate) fn resolve(
+    tile: &Tile,
+    direct: &DirectPixels,
+    colours: &SubpixelColours,
+) -> Vec<[f32; 4]> {
+    let mut rgba = direct.rgba.clone();
+    let place = |pixel: u16| {
+        [
+            usize::from(pixel) % TILE_WIDTH,
+            usize::from(pixel) / TILE_WIDTH,
+        ]
+    };
+    let mut wanted = [[false; TILE_WIDTH / GROUP_PX]; TILE_HEIGHT];
+    for [x, y] in direct.from_subpixels.iter().copied().map(place) {
+        wanted[y][x / GROUP_PX] = true;
+    }
+    let mut pixels = [[Vec4::ZERO; TILE_WIDTH]; TILE_HEIGHT];
+    let filter = tile.frame.filter;
+    dispatch!(tile.frame.simd, simd => filter_groups(simd, filter, &colours.rgba, &wanted, &mut pixels));
+    for &pixel in &direct.from_subpixels {
+        let [x, y] = place(pixel);
+        // The corrections at edges are exact only in their sum, and may leave a remainder of either sign.
+        let sum = pixels[y][x].max(Vec4::ZERO);
+        rgba[usize::from(pixel)] = sum.truncate().extend(sum.w.min(1.0)).to_array();
+    }
+    rgba
 }
 
 /// Lays the splats of every wanted sub-pixel; how many sub-pixels there were.
 #[simd]
-fn lay_opaque<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
-    let TileWork {
-        visibility,
-        surfaces,
-        colours,
-        wanted,
-        by_triangle,
-        ..
-    } = work;
+fn lay_opaque<S: Simd>(
+    simd: S,
+    tile: &Tile,
+    (visible, wanted): (&Visible, &[bool]),
+    colours: &mut SubpixelColours,
+) -> u64 {
+    let SubpixelColours {
+        rgba, by_triangle, ..
+    } = colours;
+    let ids = &visible.subpixels.ids;
     by_triangle.clear();
-    colours.clear();
-    colours.resize(visibility.ids.len(), [0.0; 4]);
-    let per_pixel = tile.frame.filter.per_pixel;
-    let rows = visibility.ids.chunks_exact(per_pixel * SPAN_WIDTH);
+    rgba.clear();
+    rgba.resize(ids.len(), [0.0; 4]);
+    let rows = ids.chunks_exact(tile.frame.filter.per_pixel * SPAN_WIDTH);
     let mut first = 0;
     for (rows, wanted) in rows.zip(wanted.chunks_exact(SPAN_WIDTH)) {
         for ids in rows.chunks_exact(SPAN_WIDTH) {
@@ -88,25 +116,27 @@ fn lay_opaque<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
             first += SPAN_WIDTH as u32;
         }
     }
-    let runs = by_triangle.sort(surfaces.len());
-    lay_runs(simd, tile, (surfaces, runs), colours)
+    let runs = by_triangle.sort(visible.surfaces.len());
+    lay_runs(simd, tile, (&visible.surfaces, runs), rgba)
 }
 
 /// Lays the translucent layers of every wanted sub-pixel over what lies behind, the farthest first; how many there were.
 #[simd]
-fn lay_layers<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
-    let TileWork {
-        visibility,
-        surfaces,
-        colours,
-        wanted,
+fn lay_layers<S: Simd>(
+    simd: S,
+    tile: &Tile,
+    (visible, wanted): (&Visible, &[bool]),
+    colours: &mut SubpixelColours,
+) -> u64 {
+    let SubpixelColours {
+        rgba,
         by_triangle,
         layers,
         ..
-    } = work;
+    } = colours;
     let per_pixel = tile.frame.filter.per_pixel;
     let mut count = 0;
-    let mut rest: &[Layer] = &visibility.layers;
+    let mut rest: &[Layer] = &visible.subpixels.layers;
     // Layers of a row of pixels are few enough to be kept.
     for (y, wanted) in wanted.chunks_exact(SPAN_WIDTH).enumerate() {
         by_triangle.clear();
@@ -125,9 +155,9 @@ fn lay_layers<S: Simd>(simd: S, tile: &Tile, work: &mut TileWork) -> u64 {
         layers
             .colours
             .resize(layers.rows.len() * SPAN_WIDTH, [0.0; 4]);
-        let runs = by_triangle.sort(surfaces.len());
-        count += lay_runs(simd, tile, (surfaces, runs), &mut layers.colours);
-        layers.blend(colours);
+        let runs = by_triangle.sort(visible.surfaces.len());
+        count += lay_runs(simd, tile, (&visible.surfaces, runs), &mut layers.colours);
+        layers.blend(rgba);
     }
     count
 }
@@ -144,7 +174,7 @@ fn lay_runs<S: Simd>(
         simd,
         &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15],
     );
-    let mut work = BatchWork::default();
+    let mut buffers = BatchBuffers::default();
     let mut out = [Vec4::ZERO; LANES];
     // Room for a vector that begins at the last.
     let (mut subpixels, mut places) = ([0; 2 * LANES], [0; 2 * LANES]);
@@ -168,7 +198,7 @@ fn lay_runs<S: Simd>(
                     continue;
                 }
                 let batch = tile.frame.filter.batch(simd, &subpixels, count);
-                tile.shade_batch(simd, (surface, &batch), &mut work, &mut out);
+                shade_batch(tile, simd, (surface, &batch), &mut buffers, &mut out);
                 for (&place, colour) in places[..count].iter().zip(out) {
                     colours[place as usize] = colour.to_array();
                 }
@@ -214,14 +244,12 @@ fn filter_groups<S: Simd>(
 }
 
 /// Adds to the colours of neighbouring sub-pixels what the place of the edge between them makes of the jump.
-fn correct_edges(work: &mut TileWork, per_pixel: usize) {
-    let TileWork {
-        edges,
-        colours,
-        wanted,
-        jumps,
-        ..
-    } = work;
+fn correct_edges(
+    edges: &Edges,
+    (wanted, per_pixel): (&[bool], usize),
+    colours: &mut SubpixelColours,
+) {
+    let SubpixelColours { rgba, jumps, .. } = colours;
     let wanted = |at: u32| {
         wanted[at as usize / SPAN_WIDTH / per_pixel * SPAN_WIDTH + at as usize % SPAN_WIDTH]
     };
@@ -232,7 +260,7 @@ fn correct_edges(work: &mut TileWork, per_pixel: usize) {
             .iter()
             .map(|edge| match edge.between.map(&wanted) {
                 [true, true] => {
-                    let [p, q] = edge.between.map(|at| Vec4::from(colours[at as usize]));
+                    let [p, q] = edge.between.map(|at| Vec4::from(rgba[at as usize]));
                     p - q
                 }
                 _ => Vec4::ZERO,
@@ -240,8 +268,62 @@ fn correct_edges(work: &mut TileWork, per_pixel: usize) {
     );
     for (edge, jump) in edges.all.iter().zip(jumps) {
         for (at, share) in edge.between.into_iter().zip(edge.shares) {
-            let colour = &mut colours[at as usize];
+            let colour = &mut rgba[at as usize];
             *colour = (Vec4::from(*colour) + *jump * share).to_array();
+        }
+    }
+}
+
+/// Translucent layers of some rows of sub-pixels before their colours lie over those behind: the n-th farthest of each
+/// sub-pixel are rows, as sub-pixels are.
+#[derive(Clone, Debug, Default)]
+struct Layers {
+    /// Row by row, the farthest layers first.
+    rows: Vec<LayerRow>,
+    /// Premultiplied, a span for each of the rows.
+    colours: Vec<[f32; 4]>,
+}
+
+/// Layers of one rank.
+#[derive(Clone, Copy, Debug)]
+struct LayerRow {
+    /// The first sub-pixel of the row.
+    first: usize,
+    /// Triangles, by their places in the tile's list.
+    ids: [u32; SPAN_WIDTH],
+}
+
+impl Layers {
+    /// Forgets all layers.
+    fn clear(&mut self) {
+        self.rows.clear();
+        self.colours.clear();
+    }
+
+    /// Adds the layers of the row whose first sub-pixel is `first`, sorted by sub-pixel, the farthest first.
+    fn add_row(&mut self, first: usize, layers: &[Layer]) {
+        let start = self.rows.len();
+        for layers in layers.chunk_by(|a, b| a.subpixel == b.subpixel) {
+            for (rank, layer) in layers.iter().enumerate() {
+                if start + rank == self.rows.len() {
+                    self.rows.push(LayerRow {
+                        first,
+                        ids: [NONE; SPAN_WIDTH],
+                    });
+                }
+                self.rows[start + rank].ids[layer.subpixel as usize - first] = layer.id;
+            }
+        }
+    }
+
+    /// Lays the layers over what lies behind; those that were not computed are transparent.
+    fn blend(&self, behind: &mut [[f32; 4]]) {
+        for (row, fronts) in self.rows.iter().zip(self.colours.chunks_exact(SPAN_WIDTH)) {
+            let behind = &mut behind[row.first..row.first + SPAN_WIDTH];
+            for (behind, front) in behind.iter_mut().zip(fronts) {
+                let front = Vec4::from(*front);
+                *behind = (front + (1.0 - front.w) * Vec4::from(*behind)).to_array();
+            }
         }
     }
 }

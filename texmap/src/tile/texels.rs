@@ -1,6 +1,6 @@
 //! The textures of a surface, looked up at a batch of sub-pixels.
 //!
-//! Textures that lie as the base texture does share its places.
+//! Textures that lie as the base texture does share its look-ups.
 
 use fearless_simd::prelude::*;
 use glam::Vec4;
@@ -13,9 +13,9 @@ use crate::project::surface::{MapPlanes, Surface, UvPlanes};
 use crate::screen::lanes::LANES;
 use crate::texture::at_borders::look_up_at_borders;
 use crate::texture::lookup::reconstructed;
-use crate::texture::lookup_plan::Places;
+use crate::texture::lookup_plan::LookupPlan;
 use crate::texture::taps::look_up;
-use crate::tile::Tile;
+use crate::tile::task::Tile;
 
 /// Textures that a surface may have: base, emissive, and the maps of light.
 pub(crate) const TEXTURES: usize = FIRST_MAP + MAPS;
@@ -30,105 +30,109 @@ pub(crate) struct Texels {
     /// By texture; white where there is no base texture or no emissive one.
     pub(crate) colours: [[Vec4; LANES]; TEXTURES],
     /// Where the base texture is looked up.
-    pub(crate) base: Places,
+    pub(crate) base: LookupPlan,
     /// By map of light: where it is looked up, if not where the base texture is.
-    pub(crate) maps: [Places; MAPS],
+    pub(crate) maps: [LookupPlan; MAPS],
 }
 
 impl Default for Texels {
     fn default() -> Self {
         Self {
             colours: [[Vec4::ZERO; LANES]; TEXTURES],
-            base: Places::default(),
-            maps: std::array::from_fn(|_| Places::default()),
+            base: LookupPlan::default(),
+            maps: std::array::from_fn(|_| LookupPlan::default()),
         }
     }
 }
 
-impl Tile<'_> {
-    /// Looks up the textures of a surface.
-    #[inline(always)]
-    pub(crate) fn look_up_batch<S: Simd>(
-        &self,
-        simd: S,
-        (surface, batch): (&Surface, &Batch),
-        texels: &mut Texels,
-    ) {
-        let Texels {
-            colours,
-            base,
-            maps,
-        } = texels;
-        let count = batch.count;
-        let pyramids = &self.frame.scene.pyramids;
-        match &surface.base {
-            None => colours[BASE][..count].fill(Vec4::ONE),
-            Some(planes) => {
-                let mut together = [(BASE, &pyramids[planes.pyramid]); TEXTURES];
-                let mut textures = 1;
-                for (k, map) in surface.maps_of_light().iter().enumerate() {
-                    if let Some(MapPlanes::LikeBase { pyramid }) = map {
-                        together[textures] = (FIRST_MAP + k, &pyramids[*pyramid]);
-                        textures += 1;
-                    }
+/// Looks up the textures of a surface.
+#[inline(always)]
+pub(crate) fn look_up_batch<S: Simd>(
+    simd: S,
+    tile: &Tile,
+    (surface, batch): (&Surface, &Batch),
+    texels: &mut Texels,
+) {
+    let Texels {
+        colours,
+        base,
+        maps,
+    } = texels;
+    let count = batch.count;
+    let pyramids = &tile.frame.scene.pyramids;
+    match &surface.base {
+        None => colours[BASE][..count].fill(Vec4::ONE),
+        Some(planes) => {
+            let mut together = [(BASE, &pyramids[planes.pyramid]); TEXTURES];
+            let mut textures = 1;
+            for (k, map) in surface.maps_of_light().iter().enumerate() {
+                if let Some(MapPlanes::LikeBase { pyramid }) = map {
+                    together[textures] = (FIRST_MAP + k, &pyramids[*pyramid]);
+                    textures += 1;
                 }
-                let together = &together[..textures];
-                self.look_up_planes(simd, (surface, planes, together), batch, (base, colours));
             }
-        }
-        match &surface.emissive {
-            None => colours[EMISSIVE][..count].fill(Vec4::ONE),
-            Some(planes) => {
-                let alone = [(EMISSIVE, &pyramids[planes.pyramid])];
-                // Nothing else needs these places.
-                let out = (&mut maps[0], &mut colours[..]);
-                self.look_up_planes(simd, (surface, planes, &alone), batch, out);
-            }
-        }
-        for (k, map) in surface.maps_of_light().iter().enumerate() {
-            if let Some(MapPlanes::Own(planes)) = map {
-                let alone = [(FIRST_MAP + k, &pyramids[planes.pyramid])];
-                let out = (&mut maps[k], &mut colours[..]);
-                self.look_up_planes(simd, (surface, planes, &alone), batch, out);
-            }
+            let together = &together[..textures];
+            look_up_planes(
+                simd,
+                tile,
+                (surface, planes, together),
+                batch,
+                (base, colours),
+            );
         }
     }
+    match &surface.emissive {
+        None => colours[EMISSIVE][..count].fill(Vec4::ONE),
+        Some(planes) => {
+            let alone = [(EMISSIVE, &pyramids[planes.pyramid])];
+            // Nothing else needs these plan.
+            let out = (&mut maps[0], &mut colours[..]);
+            look_up_planes(simd, tile, (surface, planes, &alone), batch, out);
+        }
+    }
+    for (k, map) in surface.maps_of_light().iter().enumerate() {
+        if let Some(MapPlanes::Own(planes)) = map {
+            let alone = [(FIRST_MAP + k, &pyramids[planes.pyramid])];
+            let out = (&mut maps[k], &mut colours[..]);
+            look_up_planes(simd, tile, (surface, planes, &alone), batch, out);
+        }
+    }
+}
 
-    /// Looks up textures that lie alike on a surface.
-    #[inline(always)]
-    pub(crate) fn look_up_planes<S: Simd>(
-        &self,
-        simd: S,
-        (surface, planes, pyramids): (&Surface, &UvPlanes, &[(usize, &Pyramid)]),
-        batch: &Batch,
-        (places, colours): (&mut Places, &mut [[Vec4; LANES]]),
-    ) {
-        let side_px = self.frame.filter.spacing_px;
-        let pyramid = &self.frame.scene.pyramids[planes.pyramid];
-        places.set(simd, (surface, planes), batch, (pyramid, side_px));
-        for (slot, _) in pyramids {
-            colours[*slot] = [Vec4::ZERO; LANES];
-        }
-        let nearest = pyramid.magnify == Magnify::Nearest;
-        if nearest || planes.borders.any() {
-            let mut left = (1u32 << batch.count) - 1;
-            while left != 0 {
-                let k = left.trailing_zeros() as usize;
-                left &= left - 1;
-                if (nearest && places.is_plain(k)) || places.sees_border(k, planes) {
-                    places.count[k] = 0.0;
-                    let uv = surface.uv_at(planes, batch.at(k));
-                    if places.is_plain(k) {
-                        for (slot, pyramid) in pyramids {
-                            colours[*slot][k] = reconstructed(pyramid, uv.u, uv.v);
-                        }
-                    } else {
-                        let footprint = (&uv, side_px, &planes.borders);
-                        look_up_at_borders(simd, pyramids, footprint, (&mut *colours, k));
+/// Looks up textures that lie alike on a surface.
+#[inline(always)]
+pub(crate) fn look_up_planes<S: Simd>(
+    simd: S,
+    tile: &Tile,
+    (surface, planes, pyramids): (&Surface, &UvPlanes, &[(usize, &Pyramid)]),
+    batch: &Batch,
+    (plan, colours): (&mut LookupPlan, &mut [[Vec4; LANES]]),
+) {
+    let side_px = tile.frame.filter.spacing_px;
+    let pyramid = &tile.frame.scene.pyramids[planes.pyramid];
+    plan.set(simd, (surface, planes), batch, (pyramid, side_px));
+    for (slot, _) in pyramids {
+        colours[*slot] = [Vec4::ZERO; LANES];
+    }
+    let nearest = pyramid.magnify == Magnify::Nearest;
+    if nearest || planes.borders.any() {
+        let mut left = (1u32 << batch.count) - 1;
+        while left != 0 {
+            let k = left.trailing_zeros() as usize;
+            left &= left - 1;
+            if (nearest && plan.is_plain(k)) || plan.sees_border(k, planes) {
+                plan.count[k] = 0.0;
+                let uv = surface.uv_at(planes, batch.at(k));
+                if plan.is_plain(k) {
+                    for (slot, pyramid) in pyramids {
+                        colours[*slot][k] = reconstructed(pyramid, uv.u, uv.v);
                     }
+                } else {
+                    let footprint = (&uv, side_px, &planes.borders);
+                    look_up_at_borders(simd, pyramids, footprint, (&mut *colours, k));
                 }
             }
         }
-        look_up(simd, pyramids, (places, batch.count), colours);
     }
+    look_up(simd, pyramids, (plan, batch.count), colours);
 }

@@ -28,7 +28,7 @@ pub(crate) struct Fragment {
 
 /// One triangle in a row of pixels.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sums {
+pub(crate) struct FilterSums {
     /// Place in the tile's list.
     pub(crate) id: u32,
     /// Shares of the pixels' filters.
@@ -42,7 +42,7 @@ pub(crate) const LEAST_WEIGHT: f32 = 1e-4;
 
 /// A triangle in a row of sub-pixels, with a bit for each column that shows it.
 #[derive(Clone, Copy, Debug)]
-struct Shown {
+struct TriangleColumns {
     id: u32,
     columns: u32,
 }
@@ -52,10 +52,10 @@ struct Shown {
 pub(crate) struct Fragments {
     /// By row of sub-pixels: where its triangles begin in `shown`; one more for the end. Empty before they are listed.
     starts: Vec<u32>,
-    shown: Vec<Shown>,
+    shown: Vec<TriangleColumns>,
     /// The row of pixels that `sums` belong to.
     row: Option<usize>,
-    sums: Vec<Sums>,
+    sums: Vec<FilterSums>,
     /// By place in the tile's list: place in `sums`, or [`NONE`].
     places: Vec<u32>,
 }
@@ -102,7 +102,7 @@ impl Fragments {
         (filter, simd): (&PixelFilter, Vectors),
         (ids, edges): (&[u32], &Edges),
         y: usize,
-    ) -> &[Sums] {
+    ) -> &[FilterSums] {
         if self.starts.is_empty() {
             self.list(ids, filter);
         }
@@ -116,14 +116,14 @@ impl Fragments {
 
     /// The sums of a triangle.
     #[inline(always)]
-    fn of(&mut self, id: u32) -> &mut Sums {
+    fn of(&mut self, id: u32) -> &mut FilterSums {
         let place = id as usize;
         if place >= self.places.len() {
             self.places.resize(place + 1, NONE);
         }
         if self.places[place] == NONE {
             self.places[place] = self.sums.len() as u32;
-            self.sums.push(Sums {
+            self.sums.push(FilterSums {
                 id,
                 weight: [0.0; LANES],
                 at: [[0.0; LANES]; 2],
@@ -153,7 +153,7 @@ impl Fragments {
                         let known = self.shown[start..].iter().position(|shown| shown.id == id);
                         at = start + known.unwrap_or(self.shown.len() - start);
                         if known.is_none() {
-                            self.shown.push(Shown { id, columns: 0 });
+                            self.shown.push(TriangleColumns { id, columns: 0 });
                         }
                     }
                     self.shown[at].columns |= 1 << column;
@@ -165,7 +165,7 @@ impl Fragments {
     }
 }
 
-impl Sums {
+impl FilterSums {
     /// Adds the columns of a row of sub-pixels that show the triangle; `first_px` is the position of the first column.
     #[inline(always)]
     fn add_row<S: Simd>(&mut self, simd: S, columns: u32, window: &WindowRow, first_px: [f32; 2]) {
@@ -212,7 +212,7 @@ fn sum_row<S: Simd>(
         let first_px = filter.position_px(0, row);
         let [start, end] = [row, row + 1].map(|row| fragments.starts[row] as usize);
         for at in start..end {
-            let Shown { id, columns } = fragments.shown[at];
+            let TriangleColumns { id, columns } = fragments.shown[at];
             fragments.of(id).add_row(simd, columns, window, first_px);
         }
     }

@@ -4,8 +4,8 @@
 //! nothing. Where two triangles are equally near within the rounding of their depth keys, the one that stands first
 //! in the scene wins everywhere, so coplanar surfaces do not mix in stripes. Translucent triangles are kept in lists,
 //! all of them that lie before the opaque surface. After the prepass: columns where the surface changes (`changes`), the filter
-//! of a pixel (`filter`), the exact place of a change (`edges`, `walk`), sub-pixels sorted by triangle (`by_triangle`), the
-//! share that each triangle has of a pixel (`fragments`), and translucent layers (`layers`).
+//! of a pixel (`filter`), the exact place of a change (`edges`, `walk`), sub-pixels sorted by triangle (`by_triangle`), and the
+//! share that each triangle has of a pixel (`fragments`).
 
 pub(crate) mod changes;
 pub(crate) mod filter;
@@ -13,7 +13,6 @@ pub(crate) mod edges;
 pub(crate) mod walk;
 pub(crate) mod by_triangle;
 pub(crate) mod fragments;
-pub(crate) mod layers;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, mask32x16, u32x16};

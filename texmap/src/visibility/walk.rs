@@ -25,12 +25,12 @@ pub(crate) trait Mesh {
     fn meet(&self, ids: [u32; 2]) -> bool;
 
     /// The triangle beyond the line opposite `corner`; likely it is `expected`.
-    fn beyond(&self, id: u32, corner: usize, expected: u32) -> Option<Beyond>;
+    fn beyond(&self, id: u32, corner: usize, expected: u32) -> Option<NextTriangle>;
 }
 
 /// A neighbour over a line.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Beyond {
+pub(crate) struct NextTriangle {
     pub(crate) id: u32,
     /// The corner of it that is opposite the line.
     pub(crate) corner: usize,

@@ -87,7 +87,7 @@ fn is_gltf(head: &[u8]) -> bool {
 }
 
 /// The format of the bytes of a file. The error says what they are instead.
-pub(super) fn told(bytes: &[u8]) -> Result<Format, String> {
+pub(super) fn detect(bytes: &[u8]) -> Result<Format, String> {
     const EXPECTED: &str = "expected glTF 2.0 (.gltf, .glb), OBJ, PLY or STL";
     if let Some(format) = of_head(bytes, bytes.len() as u64) {
         return Ok(format);

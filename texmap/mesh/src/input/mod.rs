@@ -26,13 +26,12 @@ use crate::{Error, Scene};
 
 pub use choice::{LightMaps, LoadOptions, Loaded, Pose, SceneChoice, Unreadable};
 use files::Names;
+use finish::checked;
 pub use finish::origin;
-use finish::{checked, indices};
 pub use format::{Format, format_of};
-pub use gltf::contents::{Animation, Contents};
+pub use gltf::{Animation, Contents};
 use notes::Notes;
-pub use pictures::picture::load_picture;
-use pictures::surroundings;
+pub use pictures::load_picture;
 
 /// Reads a mesh file: glTF 2.0 (.gltf, .glb), OBJ, PLY or STL.
 ///
@@ -65,7 +64,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
     };
     let mut notes = Notes::new(options.unreadable);
     let at = |what: String| Error::Input(format!("{}: {what}", path.display()));
-    let format = format::told(&bytes).map_err(at)?;
+    let format = format::detect(&bytes).map_err(at)?;
     if let Some(name) = format.plain_name() {
         let given = [
             ("scenes", options.scene.is_some()),
@@ -109,7 +108,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Loaded, Error> {
 pub fn contents(path: &Path, gate: &Gate) -> Result<Contents, Error> {
     let bytes = files::read(path)?;
     let at = |what: String| Error::Input(format!("{}: {what}", path.display()));
-    if format::told(&bytes).map_err(at)? != Format::Gltf {
+    if format::detect(&bytes).map_err(at)? != Format::Gltf {
         return Ok(Contents::default());
     }
     let folder = files::folder_of(path);
@@ -118,7 +117,7 @@ pub fn contents(path: &Path, gate: &Gate) -> Result<Contents, Error> {
         root: folder,
         gate,
     };
-    gltf::contents::read(&bytes, &names).map_err(at)
+    gltf::contents(&bytes, &names).map_err(at)
 }
 
 /// A scene of memory, as if a file held it: texture and surroundings come from the options.
@@ -146,7 +145,7 @@ pub fn contents(path: &Path, gate: &Gate) -> Result<Contents, Error> {
 /// assert!(wrong.is_err(), "there is no vertex 3");
 /// ```
 pub fn of_memory(name: &Path, scene: Scene, options: &LoadOptions) -> Result<Loaded, Error> {
-    indices::check(&scene).map_err(|what| Error::Input(format!("{}: {what}", name.display())))?;
+    checked::indices(&scene).map_err(|what| Error::Input(format!("{}: {what}", name.display())))?;
     finished(name, scene, options, Notes::new(options.unreadable))
 }
 
@@ -159,12 +158,15 @@ fn finished(
 ) -> Result<Loaded, Error> {
     let at = |what: String| Error::Input(format!("{}: {what}", path.display()));
     if let Some(texture) = &options.texture {
-        checked::bind(&mut scene, load_picture(texture, &options.gate)?).map_err(|what| {
-            Error::Option(format!("{}: the given texture: {what}", path.display()))
-        })?;
+        checked::bind_texture(&mut scene, load_picture(texture, &options.gate)?).map_err(
+            |what| Error::Option(format!("{}: the given texture: {what}", path.display())),
+        )?;
     }
     if let Some(environment) = &options.environment {
-        scene.surroundings = Some(Arc::new(surroundings::read(environment, &options.gate)?));
+        scene.surroundings = Some(Arc::new(pictures::surroundings(
+            environment,
+            &options.gate,
+        )?));
     }
     let scene = checked::scene(scene, &mut notes).map_err(at)?;
     Ok(Loaded {

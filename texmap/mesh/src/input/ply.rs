@@ -17,7 +17,7 @@ use super::files;
 use super::files::{Names, excerpt};
 use super::notes::Notes;
 use crate::input::finish::{checked, origin, polygon};
-use crate::input::pictures::picture::load_picture;
+use crate::input::pictures::load_picture;
 use crate::scene::{Material, Mesh, Scene, Sides};
 
 /// Returns true if a file starts as PLY does.
@@ -119,7 +119,7 @@ fn bind(scene: &mut Scene, name: &str, names: &Names, notes: &mut Notes) -> Resu
     let left_out = |what: &str| format!("the texture '{}' is left out: {what}", excerpt(name));
     let picture = files::resolve(names, name)
         .and_then(|path| load_picture(&path, names.gate).map_err(|error| error.to_string()));
-    match picture.map(|picture| checked::bind(scene, picture)) {
+    match picture.map(|picture| checked::bind_texture(scene, picture)) {
         Ok(Ok(())) => {}
         Ok(Err(what)) => notes.say(left_out(&what)),
         Err(what) => {

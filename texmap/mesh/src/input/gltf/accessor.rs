@@ -49,7 +49,7 @@ pub(super) enum Integers {
 }
 
 /// Elements in a row, packed.
-struct Packed {
+struct ElementBytes {
     bytes: Vec<u8>,
     count: usize,
     width: usize,
@@ -73,7 +73,7 @@ impl<'a> Numbers<'a> {
         index: usize,
         how: &Use,
     ) -> Result<Vec<[f32; N]>, String> {
-        let packed = self.packed(index, how)?;
+        let packed = self.element_bytes(index, how)?;
         let size = bytes_of(packed.component);
         let vector = |element: &[u8]| {
             let mut vector = [1.0; N];
@@ -90,12 +90,12 @@ impl<'a> Numbers<'a> {
     }
 
     /// Whole numbers, `N` per element: indices and joints.
-    pub(super) fn whole<const N: usize>(
+    pub(super) fn integers<const N: usize>(
         &self,
         index: usize,
         how: &Use,
     ) -> Result<Vec<[u32; N]>, String> {
-        let packed = self.packed(index, how)?;
+        let packed = self.element_bytes(index, how)?;
         let size = bytes_of(packed.component);
         let element = |element: &[u8]| {
             let mut numbers = [0; N];
@@ -133,7 +133,7 @@ impl<'a> Numbers<'a> {
         })
     }
 
-    fn packed(&self, index: usize, how: &Use) -> Result<Packed, String> {
+    fn element_bytes(&self, index: usize, how: &Use) -> Result<ElementBytes, String> {
         let accessor = self
             .root
             .accessors
@@ -143,7 +143,7 @@ impl<'a> Numbers<'a> {
             .map_err(|what| format!("accessor {index} ({}): {what}", how.name))
     }
 
-    fn gathered(&self, accessor: &Accessor, how: &Use) -> Result<Packed, String> {
+    fn gathered(&self, accessor: &Accessor, how: &Use) -> Result<ElementBytes, String> {
         let (component, width) = checked_type(accessor, how)?;
         let count = self.budgeted(accessor)?;
         let size = bytes_of(component) * width;
@@ -164,7 +164,7 @@ impl<'a> Numbers<'a> {
             self.substitute(sparse, size, &mut bytes)?;
         }
         let fractions = accessor.normalized || how.integers == Integers::Fractions;
-        Ok(Packed {
+        Ok(ElementBytes {
             bytes,
             count,
             width,

@@ -22,7 +22,7 @@ use super::super::files::Names;
 use super::super::notes::Notes;
 use super::accessor::Numbers;
 use super::{container, glossiness};
-use crate::input::pictures::picture;
+use crate::input::pictures;
 use crate::scene::{
     AlphaMode, Lighting, Magnify, Material, Physical, Sides, Texture, TextureUse, Wrap,
 };
@@ -50,7 +50,7 @@ pub(super) struct Materials<'a> {
     /// Materials read so far.
     pub materials: Vec<Material>,
     /// Textures read so far.
-    pub textures: picture::Pictures,
+    pub textures: pictures::Pictures,
     by_index: HashMap<Option<usize>, usize>,
     by_image: HashMap<usize, Option<usize>>,
 }
@@ -63,7 +63,7 @@ impl<'a> Materials<'a> {
         names: &'a Names<'a>,
         light_maps: LightMaps,
     ) -> Self {
-        let (materials, textures) = (Vec::new(), picture::Pictures::default());
+        let (materials, textures) = (Vec::new(), pictures::Pictures::default());
         Self {
             root,
             numbers,
@@ -311,12 +311,12 @@ impl<'a> Materials<'a> {
             .and_then(|mime| ImageFormat::from_mime_type(&mime.0));
         let format = mime.or_else(|| ImageFormat::from_path(json.uri.as_deref()?).ok());
         match (json.buffer_view, &json.uri) {
-            (Some(view), _) => picture::decode(
+            (Some(view), _) => pictures::decode(
                 self.numbers.view(view.value())?,
                 (format, label),
                 self.names.gate,
             ),
-            (None, Some(uri)) => picture::decode(
+            (None, Some(uri)) => pictures::decode(
                 &container::from_uri(uri, self.names)?,
                 (format, label),
                 self.names.gate,

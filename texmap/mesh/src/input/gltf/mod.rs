@@ -15,7 +15,6 @@ mod accessor;
 mod attribute;
 mod camera;
 mod container;
-pub(super) mod contents;
 mod document;
 mod extensions;
 mod glossiness;
@@ -26,13 +25,14 @@ mod primitive;
 use glam::{DMat4, DVec3};
 use gltf::json::Root;
 use resample_io::Gate;
+use serde_json::Value;
 
 use super::choice::LoadOptions;
 use super::files::{Names, excerpt};
 use super::notes::Notes;
 use crate::input::finish::origin;
-use crate::input::gltf::pose::animation::Posed;
-use crate::input::gltf::pose::deform::Place;
+use crate::input::gltf::pose::animation::NodePoses;
+use crate::input::gltf::pose::deform::MeshTransform;
 use crate::scene::{Mesh, Scene};
 use accessor::Numbers;
 use document::Transform;
@@ -41,6 +41,44 @@ use material::Materials;
 /// Returns true if a file starts as a binary glTF does.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
     container::is_binary(bytes)
+}
+
+/// The content of a mesh file beside the drawn scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Contents {
+    /// Names of the scenes; empty where one has none.
+    pub scenes: Vec<String>,
+    /// The animations.
+    pub animations: Vec<Animation>,
+}
+
+/// An animation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Animation {
+    /// Its name, where it has one.
+    pub name: Option<String>,
+    /// Time of its last key, s.
+    pub length_s: f64,
+}
+
+/// Reads what a document has; names in it count from `names`.
+pub(crate) fn contents(bytes: &[u8], names: &Names) -> Result<Contents, String> {
+    let document = container::open(bytes, names)?;
+    let numbers = Numbers::new(&document.root, &document.buffers);
+    let of = |animation: &Value| Animation {
+        name: animation
+            .get("name")
+            .and_then(Value::as_str)
+            .map(str::to_owned),
+        length_s: animation::length_s(animation, &numbers),
+    };
+    let scenes = document.root.scenes.iter();
+    Ok(Contents {
+        scenes: scenes
+            .map(|scene| scene.name.clone().unwrap_or_default())
+            .collect(),
+        animations: document.animations.iter().map(of).collect(),
+    })
 }
 
 /// Reads a document; names in it count from `names`.
@@ -54,7 +92,7 @@ pub(super) fn load(
     let root = &document.root;
     extensions::tell(root, notes);
     let numbers = Numbers::new(root, &document.buffers);
-    let mut posed = Posed::new(&document.transforms);
+    let mut posed = NodePoses::new(&document.transforms);
     match &options.pose {
         Some(pose) => animation::pose(&document.animations, pose, &numbers, &mut posed, notes)?,
         None if document.animations.is_empty() => {}
@@ -67,7 +105,7 @@ pub(super) fn load(
         .map(Transform::parent_from_node)
         .collect();
     let world_from_nodes = nodes::world_from_nodes(root, &parent_from_nodes)?;
-    let shown = nodes::shown(root, options.scene.as_ref())?;
+    let shown = nodes::nodes_of_scene(root, options.scene.as_ref())?;
     let mut materials = Materials::new(root, &numbers, names, options.light_maps);
     let held = bytes.len() + document.buffers.iter().map(Vec::len).sum::<usize>();
     let mut meshes = Meshes::new(names.gate, held as u64);
@@ -85,7 +123,7 @@ pub(super) fn load(
         let instances = instances::instances(&root.nodes[node], &numbers)
             .map_err(|what| format!("node {node}: {what}"))?;
         for instance in &instances {
-            let place = read.place(instance)?;
+            let place = read.mesh_transform(instance)?;
             read.mesh((index.value(), &place), &mut materials, &mut meshes, notes)?;
         }
     }
@@ -153,7 +191,7 @@ struct Reading<'a> {
 impl Reading<'_> {
     fn mesh(
         &self,
-        (index, place): (usize, &Place),
+        (index, place): (usize, &MeshTransform),
         materials: &mut Materials,
         meshes: &mut Meshes,
         notes: &mut Notes,
@@ -187,9 +225,11 @@ impl Reading<'_> {
     }
 
     /// A skinned mesh goes with its joints and not with its node.
-    fn place(&self, instance: &DMat4) -> Result<Place, String> {
+    fn mesh_transform(&self, instance: &DMat4) -> Result<MeshTransform, String> {
         let Some(skin) = self.root.nodes[self.node].skin else {
-            return Ok(Place::Node(self.world_from_nodes[self.node] * *instance));
+            return Ok(MeshTransform::Node(
+                self.world_from_nodes[self.node] * *instance,
+            ));
         };
         let index = skin.value();
         let skin = self
@@ -220,7 +260,7 @@ impl Reading<'_> {
             });
             Ok(*world * bind)
         };
-        Ok(Place::Skin(
+        Ok(MeshTransform::Skin(
             skin.joints
                 .iter()
                 .enumerate()

@@ -12,7 +12,7 @@ use super::super::notes::Notes;
 use super::accessor::Numbers;
 use super::attribute::{COLOUR, INDICES, TEXCOORD, attribute, same_count};
 use crate::input::gltf::pose::deform;
-use crate::input::gltf::pose::deform::{Place, Placed};
+use crate::input::gltf::pose::deform::{MeshTransform, WorldVertices};
 use crate::scene::Mesh;
 
 /// Most sets of texture coordinates that are kept. Files have one or two; materials use two at most.
@@ -22,7 +22,7 @@ const MAX_UV_SETS: u32 = 8;
 pub(super) fn mesh(
     primitive: &Primitive,
     numbers: &Numbers,
-    place: &Place,
+    place: &MeshTransform,
     weights: &[f32],
     notes: &mut Notes,
 ) -> Result<Option<(Mesh, Vec<DVec3>)>, String> {
@@ -36,12 +36,12 @@ pub(super) fn mesh(
         notes.say("points and lines are left out: only triangles are drawn".to_owned());
         return Ok(None);
     }
-    let Placed {
+    let WorldVertices {
         positions,
         normals,
         tangents,
         mirrored,
-    } = deform::placed(primitive, numbers, place, weights)?;
+    } = deform::deformed(primitive, numbers, place, weights)?;
     let count = positions.len();
     let corners = corners(primitive, numbers, count)?;
     let triangles = triangles(mode, &corners, &mirrored);
@@ -80,7 +80,7 @@ fn corners(primitive: &Primitive, numbers: &Numbers, count: usize) -> Result<Vec
             .collect());
     };
     let corners: Vec<u32> = numbers
-        .whole::<1>(indices.value(), &INDICES)?
+        .integers::<1>(indices.value(), &INDICES)?
         .into_iter()
         .flatten()
         .collect();

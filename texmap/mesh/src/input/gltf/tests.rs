@@ -10,10 +10,9 @@ use crate::input::files::nowhere;
 use crate::scene::{SceneLens, Sides};
 
 mod accessors;
-mod animations;
 mod containers;
 mod materials;
-mod places;
+mod poses;
 
 /// A document in the making: numbers go into its one buffer.
 #[derive(Default)]

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use resample_core::image::srgb_from_linear;
 use resample_io::Gate;
 
-use crate::input::pictures::picture::load_picture;
+use crate::input::pictures::load_picture;
 use crate::scene::{Texels, Texture};
 
 /// The channel of a picture that holds a number (`-imfchan`).

@@ -22,7 +22,7 @@ use super::entry::Entry;
 use super::lines::{decode_text, lines};
 use super::map::Map;
 use super::{channels, map};
-use crate::input::pictures::picture::{Pictures, load_picture};
+use crate::input::pictures::{Pictures, load_picture};
 use crate::scene::{
     AlphaMode, Lighting, Magnify, Material, Physical, Sides, Texture, TextureUse, Wrap,
 };

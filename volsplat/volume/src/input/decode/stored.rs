@@ -156,11 +156,15 @@ fn read_exact_at(part: &Part, bytes: &mut [u8], place: u64) -> std::io::Result<(
     std::os::unix::fs::FileExt::read_exact_at(&part.file, bytes, place)
 }
 
-/// Elsewhere each read opens the file: a shared file has one position only.
-#[cfg(not(unix))]
+#[cfg(windows)]
 fn read_exact_at(part: &Part, bytes: &mut [u8], place: u64) -> std::io::Result<()> {
-    use std::io::{Read, Seek, SeekFrom};
-    let mut file = File::open(&part.path)?;
-    file.seek(SeekFrom::Start(place))?;
-    file.read_exact(bytes)
+    let mut done = 0;
+    while done < bytes.len() {
+        let at = place + done as u64;
+        match std::os::windows::fs::FileExt::seek_read(&part.file, &mut bytes[done..], at)? {
+            0 => return Err(std::io::ErrorKind::UnexpectedEof.into()),
+            read => done += read,
+        }
+    }
+    Ok(())
 }

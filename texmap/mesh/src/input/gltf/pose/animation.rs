@@ -18,12 +18,12 @@ use crate::input::gltf::document::Transform;
 use crate::input::notes::Notes;
 
 /// Transforms of all nodes, and weights of morph targets by node, at a moment.
-pub(crate) struct Posed {
+pub(crate) struct NodePoses {
     pub transforms: Vec<Transform>,
     pub weights: HashMap<usize, Vec<f32>>,
 }
 
-impl Posed {
+impl NodePoses {
     /// The pose of the file.
     pub(crate) fn new(transforms: &[Transform]) -> Self {
         Self {
@@ -93,7 +93,7 @@ pub(crate) fn pose(
     animations: &[Value],
     pose: &Pose,
     numbers: &Numbers,
-    posed: &mut Posed,
+    posed: &mut NodePoses,
     notes: &mut Notes,
 ) -> Result<(), String> {
     let index = chosen(animations, pose.animation.as_deref())?;
@@ -157,7 +157,7 @@ fn channel_at(
     channel: &Value,
     time_s: f64,
     numbers: &Numbers,
-    posed: &mut Posed,
+    posed: &mut NodePoses,
     notes: &mut Notes,
 ) -> Result<(), String> {
     let target = channel.get("target").unwrap_or(&Value::Null);

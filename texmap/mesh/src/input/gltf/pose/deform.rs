@@ -12,7 +12,7 @@ use crate::input::gltf::accessor::{Integers, Numbers, Use};
 use crate::input::gltf::attribute::{NORMAL, POSITION, TANGENT, attribute, same_count};
 
 /// How a mesh gets into the world.
-pub(crate) enum Place {
+pub(crate) enum MeshTransform {
     /// By its node.
     Node(DMat4),
     /// By joints: from the mesh's space to the world, one per joint of the skin.
@@ -20,7 +20,7 @@ pub(crate) enum Place {
 }
 
 /// Positions, normals and how their triangles wind, in the world.
-pub(crate) struct Placed {
+pub(crate) struct WorldVertices {
     pub positions: Vec<DVec3>,
     /// One per position, of any length; empty where the file has none.
     pub normals: Vec<DVec3>,
@@ -53,12 +53,12 @@ pub(crate) const BIND: Use = Use {
 };
 
 /// Places the vertices of a primitive; `weights` are those of its morph targets.
-pub(crate) fn placed(
+pub(crate) fn deformed(
     primitive: &Primitive,
     numbers: &Numbers,
-    place: &Place,
+    place: &MeshTransform,
     weights: &[f32],
-) -> Result<Placed, String> {
+) -> Result<WorldVertices, String> {
     let vectors = |index: usize, how: &Use| -> Result<Vec<DVec3>, String> {
         Ok(numbers
             .vectors::<3>(index, how)?
@@ -101,8 +101,8 @@ pub(crate) fn placed(
         }
     }
     match place {
-        Place::Node(matrix) => Ok(moved(positions, normals, &tangents, |_| *matrix)),
-        Place::Skin(joints) => {
+        MeshTransform::Node(matrix) => Ok(moved(positions, normals, &tangents, |_| *matrix)),
+        MeshTransform::Skin(joints) => {
             let matrices = blended(primitive, numbers, joints, positions.len())?;
             Ok(moved(positions, normals, &tangents, |vertex| {
                 matrices[vertex]
@@ -116,7 +116,7 @@ fn moved(
     normals: Vec<DVec3>,
     tangents: &[[f32; 4]],
     world_from_mesh: impl Fn(usize) -> DMat4,
-) -> Placed {
+) -> WorldVertices {
     let linear = |vertex: usize| DMat3::from_mat4(world_from_mesh(vertex));
     let mirrored = (0..positions.len())
         .map(|vertex| linear(vertex).determinant() < 0.0)
@@ -140,7 +140,7 @@ fn moved(
     };
     let tangents = tangents.iter().enumerate().map(tangent).collect();
     let position = |(vertex, &pos): (usize, &DVec3)| world_from_mesh(vertex).transform_point3(pos);
-    Placed {
+    WorldVertices {
         positions: positions.iter().enumerate().map(position).collect(),
         normals,
         tangents,
@@ -160,7 +160,7 @@ fn blended(
         let pair = attribute(primitive, &Semantic::Joints(set))
             .zip(attribute(primitive, &Semantic::Weights(set)));
         let Some((joint, weight)) = pair else { break };
-        let places = numbers.whole::<4>(joint, &JOINTS)?;
+        let places = numbers.integers::<4>(joint, &JOINTS)?;
         let weights = numbers.vectors::<4>(weight, &WEIGHTS)?;
         same_count("JOINTS", places.len(), count)?;
         same_count("WEIGHTS", weights.len(), count)?;

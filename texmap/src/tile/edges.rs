@@ -1,9 +1,26 @@
-//! The triangles of a tile as a surface to walk over.
+//! The edges of a tile: its triangles as a surface to walk over.
 
 use crate::prepare::{LightKind, PreparedMesh};
-use crate::tile::{Tile, TileWork};
-use crate::visibility::walk::{Beyond, crossing};
+use crate::tile::task::Tile;
+use crate::tile::visible::Visible;
+use crate::visibility::edges::Edges;
+use crate::visibility::walk::{NextTriangle, crossing};
 use crate::visibility::{RasterTriangle, walk};
+
+/// Finds the edges between sub-pixels across which colour may jump.
+pub(crate) fn find_edges<'a>(tile: &Tile, visible: &Visible, edges: &'a mut Edges) -> &'a Edges {
+    let Visible {
+        subpixels, rasters, ..
+    } = visible;
+    if subpixels.alone.is_some() {
+        edges.clear();
+        return edges;
+    }
+    let mesh = TileMesh { tile, rasters };
+    let seen_by = (tile.frame.filter, tile.frame.simd);
+    edges.find(seen_by, &subpixels.ids, |pair| crossing(&mesh, pair));
+    edges
+}
 
 /// The triangles of a tile as a surface to walk over.
 struct TileMesh<'a> {
@@ -33,7 +50,7 @@ impl walk::Mesh for TileMesh<'_> {
         others.contains(&x) | others.contains(&y) | others.contains(&z)
     }
 
-    fn beyond(&self, id: u32, corner: usize, expected: u32) -> Option<Beyond> {
+    fn beyond(&self, id: u32, corner: usize, expected: u32) -> Option<NextTriangle> {
         let seen = self.tile.seen(id);
         let mesh = &self.tile.frame.scene.meshes[seen.mesh as usize];
         let next = mesh.neighbours[seen.triangle as usize][corner]?;
@@ -45,7 +62,7 @@ impl walk::Mesh for TileMesh<'_> {
         let [a, b] = line(seen.triangle, corner);
         let jumps = self.tile.is_flat(mesh)
             || ![[a, b], [b, a]].contains(&line(next.triangle, next.corner()));
-        Some(Beyond {
+        Some(NextTriangle {
             id,
             corner: next.corner(),
             jumps,
@@ -54,28 +71,6 @@ impl walk::Mesh for TileMesh<'_> {
 }
 
 impl Tile<'_> {
-    /// Finds the edges between sub-pixels across which colour may jump.
-    pub(crate) fn find_edges(&self, work: &mut TileWork) {
-        let TileWork {
-            edges,
-            visibility,
-            rasters,
-            ..
-        } = work;
-        if visibility.alone.is_some() {
-            return edges.clear();
-        }
-        let mesh = TileMesh {
-            tile: self,
-            rasters,
-        };
-        edges.find(
-            (self.frame.filter, self.frame.simd),
-            &visibility.ids,
-            |pair| crossing(&mesh, pair),
-        );
-    }
-
     /// Returns true if each triangle of a mesh has a light of its own.
     fn is_flat(&self, mesh: &PreparedMesh) -> bool {
         mesh.normals.is_empty()

@@ -1,16 +1,66 @@
-//! How dense facets are on a surface with bumps that are too small to be seen.
+//! The reflection of small lights by rough surfaces: the model's own formula, sixteen places at a time.
+//!
+//! Facets on a surface with bumps that are too small to be seen are denser or sparser.
 //!
 //! Slopes of facets are spread as GGX has it, slopes of bumps as a Gaussian; both together are spread as the two blurred by one another. GGX
 //! is a mix of Gaussians: with alpha squared a, its density at slope s is the integral of exp(-t) G(s; a / t) over t > 0, where G(s; v) =
 //! exp(-s^2 / v) / (pi v). A Gaussian of bumps with variance b (sum of both axes) makes each of them G(s; a / t + b). The table holds what this is of
 //! the plain GGX with alpha squared a + b, which has its tails where the sum has few.
 
+use std::f32::consts::PI;
 use std::sync::LazyLock;
 
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 
+use super::suns::Sun;
 use crate::screen::lanes::LANES;
+
+/// Surfaces as a small light meets them.
+pub(super) struct LitSurface<S: Simd> {
+    pub(super) normal: [f32x16<S>; 3],
+    pub(super) eye: [f32x16<S>; 3],
+    /// Between the two.
+    pub(super) cosine: f32x16<S>,
+    pub(super) roughness: f32x16<S>,
+    /// Mean square of the distance of normals from their mean.
+    pub(super) variance: f32x16<S>,
+}
+
+impl<S: Simd> LitSurface<S> {
+    /// The share of a light's power that a surface of reflectance 1 returns, and the part of it that Schlick's term weighs.
+    #[inline(always)]
+    pub(super) fn lit_by(&self, simd: S, sun: &Sun) -> [f32x16<S>; 2] {
+        let splat = |v: f32| f32x16::splat(simd, v);
+        let (zero, one, least) = (splat(0.0), splat(1.0), splat(1e-7));
+        let light = sun.direction.to_array().map(splat);
+        let dot = |a: &[f32x16<S>; 3], b: &[f32x16<S>; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let half = [0, 1, 2].map(|k: usize| self.eye[k] + light[k]);
+        let per_length = one / dot(&half, &half).sqrt().max(least);
+        let to_light = dot(&self.normal, &light).max(zero);
+        let to_half = (dot(&self.normal, &half) * per_length).max(zero).min(one);
+        let tilt = (dot(&self.eye, &half) * per_length).max(zero).min(one);
+        let alpha = self.roughness * self.roughness;
+        // Slopes of normals add to those of facets; alpha squared is the sum of the variances along both axes.
+        let added = self.variance + splat(sun.alpha2);
+        let sum = alpha * alpha + added;
+        let alpha2 = sum.min(one);
+        let spread = one + to_half * to_half * (alpha2 - one);
+        // Slopes of bumps and of a light's disc have no tails as those of facets have.
+        let shape = shape_of_bumps(
+            simd,
+            added / sum.max(least),
+            (one - to_half * to_half) / spread.max(least),
+        );
+        let dense = shape * alpha2 / (spread * spread * splat(PI)).max(least);
+        let smith = |a: f32x16<S>, b: f32x16<S>| a * (b * b * (one - alpha2) + alpha2).sqrt();
+        let blocked = smith(to_light, self.cosine) + smith(self.cosine, to_light);
+        let plain = dense * to_light * splat(0.5) / blocked.max(least);
+        let away = one - tilt;
+        let away2 = away * away;
+        [plain, plain * away2 * away2 * away]
+    }
+}
 
 /// Nodes along each side: the shape is smooth, and bilinear between them to 0.3 %.
 const SIDE: usize = 33;
@@ -47,7 +97,7 @@ fn at(of_bumps: f64, away: f64) -> f64 {
 
 /// The density of facets under bumps, by their part of the sum of variances, and by s^2 / (a + b + s^2).
 #[inline(always)]
-pub(super) fn shape<S: Simd>(simd: S, of_bumps: f32x16<S>, away: f32x16<S>) -> f32x16<S> {
+fn shape_of_bumps<S: Simd>(simd: S, of_bumps: f32x16<S>, away: f32x16<S>) -> f32x16<S> {
     let splat = |v: f32| f32x16::splat(simd, v);
     let last = (SIDE - 1) as f32;
     let scaled = |v: f32x16<S>| v.max(splat(0.0)).min(splat(1.0)) * splat(last);

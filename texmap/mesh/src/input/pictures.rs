@@ -1,13 +1,13 @@
-//! Picture files as [`Texture`]s, as far as they fit into memory together.
+//! Picture files: as [`Texture`]s, as far as they fit into memory together, and as [`Surroundings`].
 
 use std::path::Path;
 
 use resample_io::whole_picture::{ImageFormat, Pixels, WholePicture};
-use resample_io::{Gate, whole_picture};
+use resample_io::{Gate, Part, colour, whole_picture};
 
 use crate::Error;
 use crate::input::files;
-use crate::scene::{Texels, Texture};
+use crate::scene::{Surroundings, Texels, Texture};
 
 /// Reads a picture file.
 ///
@@ -64,5 +64,36 @@ pub(crate) fn decode(
             Pixels::Srgb8(texels) => Texels::Srgb8(texels.into()),
             Pixels::LinearF32(texels) => Texels::LinearF32(texels),
         },
+    })
+}
+
+/// Bytes of a pixel of surroundings in memory.
+const PIXEL_BYTES: u64 = 12;
+
+/// Reads a picture of the light all around; light below zero counts as none. The gate says how much memory it may take.
+pub(crate) fn surroundings(path: &Path, gate: &Gate) -> Result<Surroundings, Error> {
+    let part = Part {
+        path: path.to_owned(),
+        name: None,
+    };
+    let storage = colour::storage(&part)?;
+    let pixels: u64 = storage.size.map(u64::from).iter().product();
+    let bytes = pixels.saturating_mul(PIXEL_BYTES + storage.decoder_bytes);
+    let packed = std::fs::metadata(path).map_or(0, |file| file.len());
+    gate.ask_unpacked(bytes, packed, "the surroundings")
+        .map_err(|what| Error::Input(format!("{}: {what}", path.display())))?;
+    let picture = colour::read(&part)?;
+    let (width, height) = (picture.width, picture.height);
+    if width != 2 * height {
+        return Err(Error::Input(format!(
+            "{}: {width}x{height} pixels, expected an equirectangular picture, twice as wide as high",
+            path.display()
+        )));
+    }
+    let rgb = picture.rgb.into_iter();
+    Ok(Surroundings {
+        width,
+        height,
+        rgb: rgb.map(|pixel| pixel.map(|light| light.max(0.0))).collect(),
     })
 }

@@ -1,4 +1,4 @@
-//! Backward methods, for comparison: the texture is looked up at the pixel, filtered as renderers usually do.
+//! Look-ups of a texture at one pixel: filtered as renderers usually do, or its texels as plain points.
 //!
 //! Nearest, bilinear, trilinear as OpenGL specifies them; EWA in a mip pyramid as Heckbert (1989) describes it and
 //! renderers carry it out: the ellipse of one pixel, widened by a texel, at most 16 times longer than wide, in the two
@@ -6,10 +6,12 @@
 
 use resample_core::simd::Vectors;
 
-use crate::project::pixel::{Gathered, PixelOnTexture};
+use crate::options::Method;
 use crate::texture::ellipse::TexelEllipse;
+use crate::texture::ellipse::{Gathered, PixelOnTexture};
 use crate::texture::lookup::{nearest, reconstructed, trilinear};
-use crate::texture::points::covariance_with;
+use crate::texture::points::{covariance_with, gather_by_pixel, gather_minified};
+use crate::tile::pixel_textures::Gather;
 
 /// How much longer than wide an ellipse may be.
 const MAX_ANISOTROPY: f32 = 16.0;
@@ -20,8 +22,26 @@ const EWA_CUT: f32 = 2.0;
 /// A renderer's ellipse is widened by one texel in each direction: two standard deviations, so a variance of 1/4.
 const WIDENED: f32 = 0.25;
 
+/// The look-up of a method.
+pub(super) fn gather_of(method: Method) -> Gather {
+    match method {
+        Method::Hybrid => gather_minified,
+        Method::Point => gather_points,
+        Method::BackwardNearest => |pixel, _| Some(look_up_nearest(pixel)),
+        Method::BackwardBilinear => |pixel, _| Some(look_up_bilinear(pixel)),
+        Method::BackwardTrilinear => |pixel, _| Some(look_up_trilinear(pixel)),
+        Method::BackwardEwa => |pixel, simd| Some(look_up_ewa(pixel, simd)),
+    }
+}
+
+/// Texels as plain points, each with the pixel's Gaussian alone: `None` where no texel is near (a hole).
+fn gather_points(pixel: &PixelOnTexture, simd: Vectors) -> Option<Gathered> {
+    // A hole is a pixel that no texel reaches; minified textures have none, so that the same levels serve.
+    gather_minified(pixel, simd).or_else(|| gather_by_pixel(pixel, simd))
+}
+
 /// The texel nearest to the pixel's centre.
-pub(crate) fn look_up_nearest(pixel: &PixelOnTexture) -> Gathered {
+fn look_up_nearest(pixel: &PixelOnTexture) -> Gathered {
     let pyramid = pixel.pyramid;
     Gathered {
         rgba: nearest(&pyramid.levels[0], pyramid.wrap, pixel.at.u, pixel.at.v),
@@ -30,7 +50,7 @@ pub(crate) fn look_up_nearest(pixel: &PixelOnTexture) -> Gathered {
 }
 
 /// Bilinear, or nearest where the material says so.
-pub(crate) fn look_up_bilinear(pixel: &PixelOnTexture) -> Gathered {
+fn look_up_bilinear(pixel: &PixelOnTexture) -> Gathered {
     Gathered {
         rgba: reconstructed(pixel.pyramid, pixel.at.u, pixel.at.v),
         texels: 4,
@@ -38,7 +58,7 @@ pub(crate) fn look_up_bilinear(pixel: &PixelOnTexture) -> Gathered {
 }
 
 /// Bilinear in two levels, mixed: the level follows the pixel's longer side.
-pub(crate) fn look_up_trilinear(pixel: &PixelOnTexture) -> Gathered {
+fn look_up_trilinear(pixel: &PixelOnTexture) -> Gathered {
     let [ux, uy, vx, vy] = pixel.at.jacobian;
     let lod = ux.hypot(vx).max(uy.hypot(vy)).log2();
     if !(lod > 0.0) {
@@ -51,7 +71,7 @@ pub(crate) fn look_up_trilinear(pixel: &PixelOnTexture) -> Gathered {
 }
 
 /// Elliptical weighted average.
-pub(crate) fn look_up_ewa(pixel: &PixelOnTexture, simd: Vectors) -> Gathered {
+fn look_up_ewa(pixel: &PixelOnTexture, simd: Vectors) -> Gathered {
     let pyramid = pixel.pyramid;
     let full = covariance_with(pixel, &pyramid.levels[0], [0.0; 2]);
     // Standard deviations are half a pixel, so that the axes of one pixel are twice as long.
