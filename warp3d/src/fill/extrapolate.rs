@@ -83,6 +83,14 @@ pub(crate) fn disc() -> [(DVec2, f32); PLACES] {
     places
 }
 
+/// The pixel that holds a place, inside a picture whose `last` pixel has these numbers.
+#[inline(always)]
+pub(crate) fn pixel_at(place: DVec2, last: [usize; 2]) -> [usize; 2] {
+    // A cast rounds towards zero and keeps to its range; one to signed numbers of 32 bits is a single instruction.
+    let held = |place: f64, last: usize| (place as i32).clamp(0, last as i32) as usize;
+    [held(place.x, last[0]), held(place.y, last[1])]
+}
+
 /// The weighted mean of what the disc around a pixel meets.
 fn mean(
     layer: &Layer,
@@ -94,13 +102,11 @@ fn mean(
     let from = nearest[at] as usize;
     let place = |i: usize| DVec2::new((i % width) as f64, (i / width) as f64);
     let radius = (GROWTH * place(at).distance(place(from))).max(LEAST_RADIUS_PX);
-    let last = DVec2::new(width as f64 - 1.0, height as f64 - 1.0);
+    let last = [width - 1, height - 1];
     let (mut sum, mut total) = ([0.0; 3], 0.0);
     for (offset, weight) in disc {
-        let met = (place(at) + radius * *offset)
-            .round()
-            .clamp(DVec2::ZERO, last);
-        let known = nearest[met.y as usize * width + met.x as usize] as usize;
+        let [x, y] = pixel_at(place(at) + radius * *offset + 0.5, last);
+        let known = nearest[y * width + x] as usize;
         for (sum, value) in sum.iter_mut().zip(layer.rgba[known]) {
             *sum += weight * value;
         }

@@ -122,10 +122,12 @@ impl DepthMeaning {
         let smooth = codes::smoothed(stored, &*self.distance(&numbers, camera)?);
         let stored = smooth.as_ref().unwrap_or(stored);
         let z_of = self.converter(&numbers, camera)?;
-        let per_pixel = stored.values.iter().enumerate();
-        Ok(per_pixel
-            .map(|(index, &value)| z_of(value, [index % stored.width, index / stored.width]))
-            .collect())
+        let rows = stored.values.chunks(stored.width.max(1)).enumerate();
+        let row = |(y, row): (usize, &[f32])| -> Vec<f32> {
+            let columns = row.iter().enumerate();
+            columns.map(|(x, &value)| z_of(value, [x, y])).collect()
+        };
+        Ok(rows.flat_map(row).collect())
     }
 
     /// Facts about the numbers of a plane, as far as their meaning needs them.

@@ -163,8 +163,7 @@ pub(super) fn blocks(
 ) -> Vec<Block> {
     let height = choices.len() / width;
     // As a display shows them.
-    let shown =
-        [0, 1, 2].map(|c| Plane::new(width, height, |at| colours[at][c].max(0.0).sqrt()));
+    let shown = [0, 1, 2].map(|c| Plane::new(width, height, |at| colours[at][c].max(0.0).sqrt()));
     let of_row = |(y, row): (usize, &[Choice])| {
         let blocks = row.chunks(LANES).enumerate();
         let blocks = blocks.filter(|(_, choices)| choices.iter().any(Choice::is_inside));

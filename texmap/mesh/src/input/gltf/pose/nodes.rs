@@ -44,10 +44,7 @@ pub(crate) fn world_from_nodes(
 }
 
 /// The nodes that a scene shows, in the order of the file: its own and all below them.
-pub(crate) fn shown(
-    root: &Root,
-    choice: Option<&SceneChoice>,
-) -> Result<Vec<usize>, String> {
+pub(crate) fn shown(root: &Root, choice: Option<&SceneChoice>) -> Result<Vec<usize>, String> {
     let mut todo: Vec<usize> = match chosen(root, choice)? {
         Some(scene) => root.scenes[scene]
             .nodes
