@@ -285,7 +285,11 @@ impl FarRims {
             total += weight;
         }
         if total == 0.0 {
-            return background(layer, rims, at, far);
+            // The middle depth may be that of no rim around this pixel; its own is that of one.
+            return background(layer, rims, at, far).or_else(|| {
+                let own = rims.depth_behind(layer, at)?;
+                background(layer, rims, at, own)
+            });
         }
         // An infinite depth has no mean: the farthest stands for all.
         let z = if far.is_finite() {
