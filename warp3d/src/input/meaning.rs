@@ -122,12 +122,12 @@ impl DepthMeaning {
         let smooth = codes::smoothed(stored, &*self.distance(&numbers, camera)?);
         let stored = smooth.as_ref().unwrap_or(stored);
         let z_of = self.converter(&numbers, camera)?;
-        let rows = stored.values.chunks(stored.width.max(1)).enumerate();
-        let row = |(y, row): (usize, &[f32])| -> Vec<f32> {
+        let mut depth = Vec::with_capacity(stored.values.len());
+        for (y, row) in stored.values.chunks(stored.width.max(1)).enumerate() {
             let columns = row.iter().enumerate();
-            columns.map(|(x, &value)| z_of(value, [x, y])).collect()
-        };
-        Ok(rows.flat_map(row).collect())
+            depth.extend(columns.map(|(x, &value)| z_of(value, [x, y])));
+        }
+        Ok(depth)
     }
 
     /// Facts about the numbers of a plane, as far as their meaning needs them.
