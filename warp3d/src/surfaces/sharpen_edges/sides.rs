@@ -64,7 +64,7 @@ pub(super) fn take_sides(
     spread.plane.give_back(disparity, width);
 }
 
-/// What a round finds.
+/// The number that a round finds.
 #[derive(Clone, Copy)]
 enum Round {
     /// Where depth says.
@@ -101,7 +101,7 @@ impl Spread {
     }
 }
 
-/// What a round finds for some blocks. The arithmetic is that of single samples at any level: nothing is fused.
+/// Finds the numbers of a round for some blocks. The arithmetic is that of single samples at any level: nothing is fused.
 #[simd]
 fn find<S: Simd>(simd: S, what: Round, plane: &Plane, blocks: &[Block], found: &mut [Lanes]) {
     for (found, block) in found.iter_mut().zip(blocks) {
