@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use resample_core::Camera;
 
 use crate::Reference;
-use crate::options::{MixedPixels, SurfaceOptions, SurfaceTolerance};
+use crate::options::{MixedPixels, SurfaceOptions};
 use crate::project::{Quarters, Segments};
 use crate::surfaces::colour_samples::Colours;
 use crate::surfaces::input_copy::{TakenColours, TakenDepths};
@@ -12,15 +12,6 @@ use crate::surfaces::rims::{Rims, clean};
 use crate::surfaces::sharpen_edges::{Edges, sharpened_in_bands};
 use crate::surfaces::spline::solve;
 use crate::surfaces::surface::Surfaces;
-
-/// Facts of a whole picture, for its parts.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Surveyed {
-    /// By how much disparity may change on one surface, relative to it.
-    pub(crate) tolerance: f32,
-    /// How the edges of its depth were.
-    pub(crate) edges: Edges,
-}
 
 /// A reference made ready for the hybrid. The colours and depths that were given follow from it, bit by bit.
 #[derive(Clone, Debug)]
@@ -39,47 +30,20 @@ pub(crate) struct Prepared {
 }
 
 impl Prepared {
-    /// Finds surfaces and edges of `reference`, whose depth is made sharp where it is soft.
+    /// Finds surfaces and edges of `reference`, whose depth is made sharp where it is soft. Each buffer of a number a sample is let
+    /// go as soon as it can be.
     pub(crate) fn new(reference: Reference, options: &SurfaceOptions) -> Self {
         let Reference {
             camera,
             colour,
             depth,
-        } = &reference;
+        } = reference;
         let width = camera.width as usize;
-        let edges = Edges::of(camera.projection, depth, width);
+        let edges = Edges::of(camera.projection, &depth, width);
         let sharp = match edges {
             Edges::Sharp => depth.clone(),
-            edges => sharpened_in_bands(camera.projection, (depth, colour), width, edges),
+            edges => sharpened_in_bands(camera.projection, (&depth, &colour), width, edges),
         };
-        Self::with_depth(reference, (edges, sharp), options)
-    }
-
-    /// As [`Prepared::new`], of a part of a picture whose depth was made sharp as a whole.
-    pub(crate) fn of_surveyed(
-        reference: Reference,
-        surveyed: Surveyed,
-        options: &SurfaceOptions,
-    ) -> Self {
-        let sharp = reference.depth.clone();
-        let options = SurfaceOptions {
-            tolerance: SurfaceTolerance::Relative(surveyed.tolerance),
-            ..*options
-        };
-        Self::with_depth(reference, (surveyed.edges, sharp), &options)
-    }
-
-    /// Surfaces at the depth `sharp`, whose edges were such. Each buffer of a number a sample is let go as soon as it can be.
-    fn with_depth(
-        reference: Reference,
-        (edges, sharp): (Edges, Vec<f32>),
-        options: &SurfaceOptions,
-    ) -> Self {
-        let Reference {
-            camera,
-            colour,
-            depth,
-        } = reference;
         let mut surfaces = Surfaces::new(&camera, sharp, options.tolerance);
         let depths = TakenDepths::new(camera.projection, &depth, &mut surfaces);
         drop(depth);

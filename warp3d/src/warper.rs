@@ -12,7 +12,7 @@ use crate::options::{ExtraPlanes, Fill, Method, WarpOptions};
 use crate::paper::nearest::Nearest;
 use crate::paper::splat;
 use crate::paper::splat::Shape;
-use crate::prepared::{Prepared, Surveyed};
+use crate::prepared::Prepared;
 use crate::stats::FrameStats;
 use crate::surfaces::piece::MAX_CELLS;
 use crate::view::layer::{Layer, Purpose};
@@ -63,15 +63,6 @@ impl Warper {
     /// # Errors
     /// No reference, a plane that does not have one entry per pixel of its camera, or an option out of range.
     pub fn new(references: Vec<Reference>, options: &WarpOptions) -> Result<Self, Error> {
-        Self::of_surveyed(references, None, options)
-    }
-
-    /// As [`Warper::new`] of parts of pictures that were `surveyed` as a whole.
-    pub(crate) fn of_surveyed(
-        references: Vec<Reference>,
-        surveyed: Option<&[Surveyed]>,
-        options: &WarpOptions,
-    ) -> Result<Self, Error> {
         options.validate()?;
         if references.is_empty() {
             return Err(Error::Option(
@@ -92,7 +83,7 @@ impl Warper {
         Ok(Self {
             cameras,
             length,
-            pipeline: Pipeline::new(drawn, surveyed, options),
+            pipeline: Pipeline::new(drawn, options),
             options: options.clone(),
         })
     }
@@ -155,12 +146,7 @@ impl Warper {
     }
 
     /// The view of `camera`, a valid one, before holes are filled.
-    pub(crate) fn layer(
-        &mut self,
-        camera: &Camera,
-        purpose: Purpose,
-        stats: &mut FrameStats,
-    ) -> Layer {
+    fn layer(&mut self, camera: &Camera, purpose: Purpose, stats: &mut FrameStats) -> Layer {
         let in_unit = |camera: &Camera| match self.length {
             1.0 => *camera,
             length => camera.in_unit(length),
@@ -183,7 +169,7 @@ impl Warper {
 }
 
 /// The picture of a whole layer, its holes filled.
-pub(crate) fn finished(
+fn finished(
     layer: &mut Layer,
     view: &View<'_>,
     options: &WarpOptions,
@@ -235,23 +221,16 @@ fn seen(layer: &mut Layer, confidence: bool) -> u64 {
 }
 
 impl Pipeline {
-    fn new(
-        references: impl Iterator<Item = Reference>,
-        surveyed: Option<&[Surveyed]>,
-        options: &WarpOptions,
-    ) -> Self {
+    fn new(references: impl Iterator<Item = Reference>, options: &WarpOptions) -> Self {
         let Some(surfaces) = options.method.surfaces() else {
             return Self {
                 references: references.collect(),
                 ..Self::default()
             };
         };
-        let of = |(index, reference)| match surveyed {
-            None => Prepared::new(reference, &surfaces),
-            Some(surveyed) => Prepared::of_surveyed(reference, surveyed[index], &surfaces),
-        };
+        let prepared = references.map(|reference| Prepared::new(reference, &surfaces));
         Self {
-            prepared: references.enumerate().map(of).collect(),
+            prepared: prepared.collect(),
             ..Self::default()
         }
     }

@@ -55,3 +55,25 @@ fn gaps_show_what_lay_beside_the_nearer_surface() {
     // Half of what the farthest surface of eight directions gave: a wall in the gap between a twig and a leaf.
     assert!(1000 * found.foreign <= 5 * found.count, "{found:?}");
 }
+
+#[test]
+fn filled_pictures_have_no_holes() {
+    let options = WarpOptions {
+        fill: Fill::Background,
+        ..WarpOptions::default()
+    };
+    for made in [
+        Made::Exact,
+        Made::Soft(Blurred(2.0)),
+        Made::Soft(Guided(2.0)),
+    ] {
+        for scene in &views() {
+            let reference = with_depth(&scene.reference, made);
+            let mut warper = Warper::new(vec![reference], &options).expect("good");
+            let image = warper.render(&scene.target).expect("a camera").image;
+            // A pixel whose neighbours lie behind another surface had no rim at their depth, and stayed open.
+            let open = image.rgba.iter().filter(|pixel| pixel[3] < 0.99).count();
+            assert_eq!(open, 0, "{made:?}, {}", scene.name);
+        }
+    }
+}

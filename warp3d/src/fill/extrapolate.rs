@@ -4,7 +4,7 @@
 //! Nothing hides it, so no side of a rim tells more of it than another. Each such pixel becomes a mean over a disc that
 //! grows with its distance; what the disc meets beyond is taken from the known pixel that is nearest to it.
 
-use glam::DVec2;
+use glam::{DAffine3, DVec2};
 use rayon::prelude::*;
 use resample_core::Camera;
 
@@ -43,26 +43,26 @@ pub(crate) fn beyond(
     let width = view.camera.width as usize;
     let nearest = nearest_known(layer.rgba.len(), width, known);
     let disc = disc();
+    let to_world = view.camera.camera_from_world.inverse();
     let of = |at: usize| {
         let from = nearest[at];
-        (wanted(at) && from != NOWHERE && is_beyond(view, at, layer.depth[from as usize])).then(
-            || {
-                let rgb = mean(layer, &nearest, &disc, [at, width]);
-                (rgb, layer.depth[from as usize])
-            },
-        )
+        if !wanted(at) || from == NOWHERE {
+            return None;
+        }
+        let depth = layer.depth[from as usize];
+        is_beyond(view, &to_world, at, depth)
+            .then(|| (mean(layer, &nearest, &disc, [at, width]), depth))
     };
     (0..layer.rgba.len()).into_par_iter().map(of).collect()
 }
 
-/// Returns true if no reference shows the place at this depth behind a pixel.
-fn is_beyond(view: &View<'_>, at: usize, depth: f32) -> bool {
+/// Returns true if no reference shows the place at this depth behind a pixel. `to_world` leads there from the new camera.
+fn is_beyond(view: &View<'_>, to_world: &DAffine3, at: usize, depth: f32) -> bool {
     let width = view.camera.width as usize;
     let pos_in_screen = DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5);
     let (origin, direction) = view.camera.ray_in_camera(pos_in_screen);
     // What is infinitely far away lies where something very far away lies.
     let in_camera = origin + f64::from(depth.min(f32::MAX)) * direction;
-    let to_world = view.camera.camera_from_world.inverse();
     let in_world = to_world.transform_point3(in_camera);
     !view.references.iter().any(|reference| {
         let pos = reference.camera_from_world.transform_point3(in_world);
@@ -83,6 +83,14 @@ pub(crate) fn disc() -> [(DVec2, f32); PLACES] {
     places
 }
 
+/// The pixel that holds a place, inside a picture whose `last` pixel has these numbers.
+#[inline(always)]
+pub(crate) fn pixel_at(place: DVec2, last: [usize; 2]) -> [usize; 2] {
+    // A cast rounds towards zero and keeps to its range; one to signed numbers of 32 bits is a single instruction.
+    let held = |place: f64, last: usize| (place as i32).clamp(0, last as i32) as usize;
+    [held(place.x, last[0]), held(place.y, last[1])]
+}
+
 /// The weighted mean of what the disc around a pixel meets.
 fn mean(
     layer: &Layer,
@@ -94,13 +102,11 @@ fn mean(
     let from = nearest[at] as usize;
     let place = |i: usize| DVec2::new((i % width) as f64, (i / width) as f64);
     let radius = (GROWTH * place(at).distance(place(from))).max(LEAST_RADIUS_PX);
-    let last = DVec2::new(width as f64 - 1.0, height as f64 - 1.0);
+    let last = [width - 1, height - 1];
     let (mut sum, mut total) = ([0.0; 3], 0.0);
     for (offset, weight) in disc {
-        let met = (place(at) + radius * *offset)
-            .round()
-            .clamp(DVec2::ZERO, last);
-        let known = nearest[met.y as usize * width + met.x as usize] as usize;
+        let [x, y] = pixel_at(place(at) + radius * *offset + 0.5, last);
+        let known = nearest[y * width + x] as usize;
         for (sum, value) in sum.iter_mut().zip(layer.rgba[known]) {
             *sum += weight * value;
         }

@@ -13,7 +13,9 @@ use glam::DVec2;
 use rayon::prelude::*;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
-use crate::fill::extrapolate::{GROWTH, NOWHERE, PLACES, View, beyond, disc, nearest_known};
+use crate::fill::extrapolate::{
+    GROWTH, NOWHERE, PLACES, View, beyond, disc, nearest_known, pixel_at,
+};
 use crate::options::Fill;
 use crate::view::layer::Layer;
 
@@ -143,17 +145,16 @@ impl Rims {
             let mut met = vec![NOWHERE; known.len()];
             for row in 0..height {
                 let y = if dy >= 0 { row } else { height - 1 - row };
+                let from = y.checked_add_signed(-dy).filter(|&from| from < height);
                 for column in 0..width {
                     let x = if dx >= 0 { column } else { width - 1 - column };
                     let at = y * width + x;
-                    if known[at] {
-                        met[at] = at as u32;
-                        continue;
-                    }
-                    let (px, py) = (x.wrapping_add_signed(-dx), y.wrapping_add_signed(-dy));
-                    if px < width && py < height {
-                        met[at] = met[py * width + px];
-                    }
+                    met[at] = if known[at] {
+                        at as u32
+                    } else {
+                        let place = from.zip(x.checked_add_signed(-dx).filter(|&x| x < width));
+                        place.map_or(NOWHERE, |(y, x)| met[y * width + x])
+                    };
                 }
             }
             met
@@ -272,10 +273,8 @@ impl FarRims {
         let last = [width - 1, self.nearest.len() / width - 1];
         let (mut sum, mut depth, mut total) = ([0.0; 3], 0.0, 0.0);
         for (offset, weight) in &self.disc {
-            // A cast rounds down, and takes negative numbers for 0.
-            let met = place(at) + radius * *offset + 0.5;
-            let [x, y] = [met.x as usize, met.y as usize];
-            let known = self.nearest[y.min(last[1]) * width + x.min(last[0])] as usize;
+            let [x, y] = pixel_at(place(at) + radius * *offset + 0.5, last);
+            let known = self.nearest[y * width + x] as usize;
             let z = layer.depth[known];
             if !is_behind(z, far) {
                 continue;
@@ -286,7 +285,11 @@ impl FarRims {
             total += weight;
         }
         if total == 0.0 {
-            return background(layer, rims, at, far);
+            // The middle depth may be that of no rim around this pixel; its own is that of one.
+            return background(layer, rims, at, far).or_else(|| {
+                let own = rims.depth_behind(layer, at)?;
+                background(layer, rims, at, own)
+            });
         }
         // An infinite depth has no mean: the farthest stands for all.
         let z = if far.is_finite() {

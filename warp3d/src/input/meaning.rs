@@ -132,10 +132,12 @@ impl DepthMeaning {
         let smooth = codes::smoothed(stored, &*self.distance(&numbers, camera)?);
         let stored = smooth.as_ref().unwrap_or(stored);
         let z_of = self.converter(&numbers, camera)?;
-        let per_pixel = stored.values.iter().enumerate();
-        Ok(per_pixel
-            .map(|(index, &value)| z_of(value, [index % stored.width, index / stored.width]))
-            .collect())
+        let mut depth = Vec::with_capacity(stored.values.len());
+        for (y, row) in stored.values.chunks(stored.width.max(1)).enumerate() {
+            let columns = row.iter().enumerate();
+            depth.extend(columns.map(|(x, &value)| z_of(value, [x, y])));
+        }
+        Ok(depth)
     }
 
     /// Facts about the numbers of a plane, as far as their meaning needs them.

@@ -8,13 +8,16 @@
 //! Limits: a wall seen at a grazing angle looks like a ramp in a softened map, and a thing that is thinner than the
 //! blur keeps the depth that is left of it.
 
+mod blocks;
+mod choice;
 mod sides;
 
 use rayon::prelude::*;
 use resample_core::Projection;
 
 use crate::view::warp::disparity;
-use sides::{Choice, take_sides};
+use choice::Choice;
+use sides::take_sides;
 
 /// Most steps of a ramp to either side of its largest one: a Gaussian of 4 px, or an enlargement by 8 with a cubic.
 const REACH: usize = 12;

@@ -1,6 +1,10 @@
 //! Levels of a plane made smooth: borders between levels, places between borders, rounds of smoothing.
 
+use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
 use rayon::prelude::*;
+use resample_core::dispatch;
+use resample_core::simd::SimdLevel;
 
 /// Half of an interval, steps: numbers do not reach the place where the next code begins.
 const HALF: f32 = 0.499;
@@ -203,6 +207,7 @@ impl Codes {
         let width = self.width;
         let levels: Vec<f32> = self.levels.par_iter().map(|&level| level as f32).collect();
         let mut next = now.clone();
+        let level = SimdLevel::Auto.resolve();
         for _ in 0..ROUNDS {
             let row = |(y, to): (usize, &mut [f32])| {
                 let rows = [y.saturating_sub(1), y, y + 1].map(|y| {
@@ -211,7 +216,8 @@ impl Codes {
                     &now[first..first + width]
                 });
                 let own = y * width..(y + 1) * width;
-                relax_row(to, rows, &levels[own.clone()], &self.sides[own]);
+                let (levels, sides) = (&levels[own.clone()], &self.sides[own]);
+                dispatch!(level, simd => relax_row(simd, to, rows, levels, sides));
             };
             next.par_chunks_mut(width).enumerate().for_each(row);
             std::mem::swap(&mut now, &mut next);
@@ -221,7 +227,14 @@ impl Codes {
 }
 
 /// A round of smoothing of a row: `above`, itself and `below` before, its levels and which neighbours are linked.
-fn relax_row(to: &mut [f32], [above, own, below]: [&[f32]; 3], levels: &[f32], sides: &[u8]) {
+#[simd]
+fn relax_row<S: Simd>(
+    _simd: S,
+    to: &mut [f32],
+    [above, own, below]: [&[f32]; 3],
+    levels: &[f32],
+    sides: &[u8],
+) {
     let width = to.len();
     // Selected, not branched on, so that a row is taken by vectors.
     let moved = |own: f32, across: f32, along: f32, level: f32, sides: u8| {

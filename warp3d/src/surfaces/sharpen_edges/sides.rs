@@ -12,56 +12,20 @@
 //! Limits: an edge that is farther from the ramp's middle than its ends is not found; a thing that is narrower than the blur
 //! everywhere keeps the depth that is left of it.
 
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, mask32x8};
+use fearless_simd_macros::simd;
 use rayon::prelude::*;
+use resample_core::dispatch;
+use resample_core::simd::{SimdLevel, Vectors};
 
-/// The side of a sample inside a ramp.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Choice {
-    /// The largest step of the ramp, relative to the larger end. 0: the sample is in no ramp.
-    pub(super) step: f32,
-    /// Disparity on the surface of less and on that of more disparity.
-    pub(super) sides: [f32; 2],
-    /// How far depth leans to the second one: from -1 at the first surface to 1 at the second.
-    pub(super) lean: f32,
-    /// True if the surface turns back at once: what the ramp tells of its disparity is little.
-    pub(super) turns: [bool; 2],
-}
+use super::blocks::{Block, LANES, Lanes, NEIGHBOURS, Plane, blocks};
+use super::choice::Choice;
 
 /// Weight of a disparity where a ramp ends on something flat, and where it turns back at once, in parts of that of one neighbour
 /// of the same colour. Guesses.
 const FLAT_WEIGHT: f32 = 0.5;
 const TURN_WEIGHT: f32 = 0.01;
-
-impl Choice {
-    /// The disparity between the sides: at the first for -1, at the second for 1.
-    fn at(&self, place: f32) -> f32 {
-        let [low, high] = self.sides;
-        0.5 * (low + high) + 0.5 * place * (high - low)
-    }
-
-    /// That of two ramps whose step is larger.
-    pub(super) fn or_steeper(self, other: Self) -> Self {
-        if other.step > self.step { other } else { self }
-    }
-
-    /// The same with the surface of less disparity first.
-    pub(super) fn ordered(self) -> Self {
-        let Self {
-            sides: [a, b],
-            turns: [u, v],
-            ..
-        } = self;
-        if a <= b {
-            return self;
-        }
-        Self {
-            sides: [b, a],
-            lean: -self.lean,
-            turns: [v, u],
-            ..self
-        }
-    }
-}
 
 /// Rounds in which sides spread, and then disparities, one sample a round.
 const SIDE_ROUNDS: usize = 8;
@@ -73,36 +37,8 @@ pub(super) const REACH: usize = SIDE_ROUNDS + PLACE_ROUNDS;
 /// Weight of what depth says, in parts of that of one neighbour of the same colour.
 const PRIOR: f32 = 0.05;
 
-/// Difference of two colours, after a square root, that halves the weight of one for the other, squared: 0.05 is well above
-/// the noise of photographs, and below most edges.
-const HALVING2: f32 = 0.05 * 0.05;
-
-/// Steps along x and y to the eight neighbours.
-const NEIGHBOURS: [[isize; 2]; 8] = [
-    [-1, -1],
-    [0, -1],
-    [1, -1],
-    [-1, 0],
-    [1, 0],
-    [-1, 1],
-    [0, 1],
-    [1, 1],
-];
-
-/// A sample inside a ramp.
-struct Inside {
-    at: u32,
-    /// Weights of the neighbours, in 255ths.
-    weights: [u8; 8],
-}
-
-/// The samples around which sides and disparities spread.
-#[derive(Clone, Copy)]
-struct Around<'a> {
-    choices: &'a [Choice],
-    disparity: &'a [f32],
-    width: usize,
-}
+/// Blocks of one task.
+const TASK: usize = 256;
 
 /// Gives the samples inside ramps the disparity of one of their surfaces. `disparity` and `choices` are of rows of `width`
 /// samples with these `colours`.
@@ -112,122 +48,139 @@ pub(super) fn take_sides(
     colours: &[[f32; 3]],
     width: usize,
 ) {
-    let inside = |(at, choice): (usize, &Choice)| {
-        (choice.step > 0.0).then(|| Inside {
-            at: at as u32,
-            weights: weights(colours, width, at),
-        })
+    let level = SimdLevel::Auto.resolve();
+    let blocks = blocks(level, choices, colours, width);
+    let mut spread = Spread {
+        plane: Plane::new(width, disparity.len() / width, |at| disparity[at]),
+        found: vec![[0.0; LANES]; blocks.len()],
+        blocks,
+        level,
     };
-    let samples: Vec<Inside> = choices.par_iter().enumerate().filter_map(inside).collect();
-    let mut found = vec![0.0f32; samples.len()];
-    let mut round = |disparity: &mut [f32], next: &(dyn Fn(&Inside, Around<'_>) -> f32 + Sync)| {
-        let around = Around {
-            choices,
-            disparity: &*disparity,
-            width,
-        };
-        found
-            .par_iter_mut()
-            .zip(&samples)
-            .for_each(|(found, sample)| *found = next(sample, around));
-        for (sample, found) in samples.iter().zip(&found) {
-            disparity[sample.at as usize] = *found;
-        }
-    };
-    round(disparity, &|sample, around| {
-        let choice = around.choice(sample);
-        choice.at(choice.lean)
-    });
-    for _ in 0..SIDE_ROUNDS {
-        round(disparity, &|sample, around| around.between(sample));
-    }
+    spread.round(Round::Lean);
+    (0..SIDE_ROUNDS).for_each(|_| spread.round(Round::Between));
     // From here on a sample is on the side to which its disparity is nearer.
-    round(disparity, &|sample, around| {
-        around.choice(sample).sides[around.side(sample)]
-    });
-    for _ in 0..PLACE_ROUNDS {
-        round(disparity, &|sample, around| around.on_side(sample));
-    }
+    spread.round(Round::Side);
+    (0..PLACE_ROUNDS).for_each(|_| spread.round(Round::Place));
+    spread.plane.give_back(disparity, width);
 }
 
-impl<'a> Around<'a> {
-    fn choice(&self, sample: &Inside) -> &'a Choice {
-        &self.choices[sample.at as usize]
-    }
-
-    /// The side to which a sample's disparity is nearer.
-    fn side(&self, sample: &Inside) -> usize {
-        usize::from(self.disparity[sample.at as usize] > self.choice(sample).at(0.0))
-    }
-
-    /// The disparities of the eight neighbours, and their weights, 0 where nothing is known.
-    fn neighbours(&self, sample: &Inside) -> [(f32, f32); 8] {
-        let (at, width) = (sample.at as usize, self.width as isize);
-        let last = self.disparity.len() - 1;
-        std::array::from_fn(|k| {
-            let [dx, dy] = NEIGHBOURS[k];
-            // A place outside has no weight.
-            let place = at.wrapping_add_signed(dy * width + dx).min(last);
-            let (beside, weight) = (self.disparity[place], f32::from(sample.weights[k]) / 255.0);
-            if beside.is_nan() {
-                (0.0, 0.0)
-            } else {
-                (beside, weight)
-            }
-        })
-    }
-
+/// The number that a round finds.
+#[derive(Clone, Copy)]
+enum Round {
+    /// Where depth says.
+    Lean,
     /// Between the two sides, where the neighbours and the sample's own depth say.
-    fn between(&self, sample: &Inside) -> f32 {
-        let choice = self.choice(sample);
-        let [low, high] = choice.sides;
-        let (middle, scale) = (choice.at(0.0), 2.0 / (high - low).max(f32::MIN_POSITIVE));
-        let (mut sum, mut total) = (PRIOR * choice.lean, PRIOR);
-        for (beside, weight) in self.neighbours(sample) {
-            sum += weight * ((beside - middle) * scale).clamp(-1.0, 1.0);
-            total += weight;
-        }
-        choice.at(sum / total)
-    }
-
+    Between,
+    /// The side.
+    Side,
     /// On the sample's side, where its ramp and the neighbours of that side say.
-    fn on_side(&self, sample: &Inside) -> f32 {
-        let (choice, side) = (self.choice(sample), self.side(sample));
-        let middle = choice.at(0.0);
-        let own = if choice.turns[side] {
-            TURN_WEIGHT
-        } else {
-            FLAT_WEIGHT
-        };
-        let (mut sum, mut total) = (own * choice.sides[side], own);
-        for (beside, weight) in self.neighbours(sample) {
-            let weight = if (beside > middle) == (side == 1) {
-                weight
-            } else {
-                0.0
-            };
-            sum += weight * beside;
-            total += weight;
+    Place,
+}
+
+/// The samples inside ramps, among all disparities, and what a round finds for them.
+struct Spread {
+    plane: Plane,
+    blocks: Vec<Block>,
+    found: Vec<Lanes>,
+    level: Vectors,
+}
+
+impl Spread {
+    /// Gives each sample its next disparity, which depends on what all had before.
+    fn round(&mut self, what: Round) {
+        let (plane, level) = (&self.plane, self.level);
+        let found = self.found.par_chunks_mut(TASK);
+        found
+            .zip(self.blocks.par_chunks(TASK))
+            .for_each(|(found, blocks)| {
+                dispatch!(level, simd => find(simd, what, plane, blocks, found));
+            });
+        for (block, found) in self.blocks.iter().zip(&self.found) {
+            self.plane.take(block, found);
         }
-        sum / total
     }
 }
 
-/// The weights of a sample's neighbours by their colours; 0 where there is none.
-fn weights(colours: &[[f32; 3]], width: usize, at: usize) -> [u8; 8] {
-    let height = colours.len() / width;
-    let (x, y) = (at % width, at / width);
-    let display = |at: usize| colours[at].map(|v| v.max(0.0).sqrt());
-    let own = display(at);
-    NEIGHBOURS.map(|[dx, dy]| {
-        let place = x.checked_add_signed(dx).zip(y.checked_add_signed(dy));
-        let inside = place.filter(|&(x, y)| x < width && y < height);
-        inside.map_or(0, |(x, y)| {
-            let other = display(y * width + x);
-            let difference2: f32 = (0..3).map(|c| (own[c] - other[c]).powi(2)).sum();
-            let ratio = difference2 / HALVING2;
-            // A colour that is no number says nothing: a cast makes 0 of it.
-            (255.0 / (1.0 + ratio * ratio) + 0.5) as u8
-        })
-    })
+/// Finds the numbers of a round for some blocks. The arithmetic is that of single samples at any level: nothing is fused.
+#[simd]
+fn find<S: Simd>(simd: S, what: Round, plane: &Plane, blocks: &[Block], found: &mut [Lanes]) {
+    for (found, block) in found.iter_mut().zip(blocks) {
+        let sides = Sides::new(simd, block);
+        let next = match what {
+            Round::Lean => sides.at(block.lean(simd)),
+            Round::Between => between(simd, &sides, block, plane),
+            Round::Side => sides.nearer(sides.is_high(block.own(simd, plane))),
+            Round::Place => on_side(simd, &sides, block, plane),
+        };
+        *found = next.into();
+    }
+}
+
+/// The two surfaces of a block's samples, and the middle between them.
+struct Sides<S: Simd> {
+    low: f32x8<S>,
+    high: f32x8<S>,
+    middle: f32x8<S>,
+}
+
+impl<S: Simd> Sides<S> {
+    #[inline(always)]
+    fn new(simd: S, block: &Block) -> Self {
+        let [low, high] = block.sides(simd);
+        let middle = low;
+        let mut sides = Self { low, high, middle };
+        sides.middle = sides.at(f32x8::splat(simd, 0.0));
+        sides
+    }
+
+    /// The disparity between the sides: at the first for -1, at the second for 1.
+    #[inline(always)]
+    fn at(&self, place: f32x8<S>) -> f32x8<S> {
+        (self.low + self.high) * 0.5 + place * 0.5 * (self.high - self.low)
+    }
+
+    /// True for disparities that are nearer to the second side.
+    #[inline(always)]
+    fn is_high(&self, disparity: f32x8<S>) -> mask32x8<S> {
+        disparity.simd_gt(self.middle)
+    }
+
+    /// The disparity of the second side where `is_high`, else of the first.
+    #[inline(always)]
+    fn nearer(&self, is_high: mask32x8<S>) -> f32x8<S> {
+        is_high.select(self.high, self.low)
+    }
+}
+
+#[inline(always)]
+fn between<S: Simd>(simd: S, sides: &Sides<S>, block: &Block, plane: &Plane) -> f32x8<S> {
+    let constant = |v: f32| f32x8::splat(simd, v);
+    let apart = (sides.high - sides.low).max(constant(f32::MIN_POSITIVE));
+    let scale = constant(2.0) / apart;
+    let mut sum = constant(PRIOR) * block.lean(simd);
+    let mut total = constant(PRIOR);
+    for k in 0..NEIGHBOURS.len() {
+        let (beside, weight) = block.neighbour(simd, plane, k);
+        let lean = (beside - sides.middle) * scale;
+        sum += weight * lean.max(constant(-1.0)).min(constant(1.0));
+        total += weight;
+    }
+    sides.at(sum / total)
+}
+
+#[inline(always)]
+fn on_side<S: Simd>(simd: S, sides: &Sides<S>, block: &Block, plane: &Plane) -> f32x8<S> {
+    let constant = |v: f32| f32x8::splat(simd, v);
+    let is_high = sides.is_high(block.own(simd, plane));
+    let [low, high] = block.turn_weights(simd, [FLAT_WEIGHT, TURN_WEIGHT]);
+    let mut total = is_high.select(high, low);
+    let mut sum = total * sides.nearer(is_high);
+    for k in 0..NEIGHBOURS.len() {
+        let (beside, weight) = block.neighbour(simd, plane, k);
+        let is_own = !(sides.is_high(beside) ^ is_high);
+        let weight = is_own.select(weight, constant(0.0));
+        sum += weight * beside;
+        total += weight;
+    }
+    sum / total
 }
