@@ -342,6 +342,7 @@ impl Pilot {
                 .collect(),
             covered_px: view.cells.covered_px,
             cells: view.cells.len(),
+            mean_square_change: view.cells.mean_square_change(),
             change: view.cells.change(),
             change_behind: view.cells.change_behind(view.windows.len()),
         };
@@ -371,6 +372,12 @@ impl Pilot {
         };
         let all = self.views.iter().zip(&candidate.parts).map(of_view);
         TIME_MARGIN * all.fold(0.0, f64::max) * self.wall_per_cpu
+    }
+
+    /// Whether all pixels of the pictures that are looked at were compared under two settings.
+    pub(super) fn compared_all(&self) -> bool {
+        let mut views = self.views.iter();
+        views.all(|view| view.cells.mean_square_change().is_some())
     }
 
     /// Whether anything is covered.

@@ -238,7 +238,9 @@ impl Search<'_, '_> {
     fn unseen(&self, metric: BoundMetric) -> f64 {
         let draws = (self.pilot.draws * self.pilot.size().0).max(1) as f64;
         match (&self.scene.typed, metric) {
-            (Setting::Volume(_), BoundMetric::Rms) => 1.0 + UNSEEN_DRAWS / draws,
+            (Setting::Volume(_), BoundMetric::Rms) if !self.pilot.compared_all() => {
+                1.0 + UNSEEN_DRAWS / draws
+            }
             _ => 1.0,
         }
     }
