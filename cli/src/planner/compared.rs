@@ -9,8 +9,9 @@ use volsplat::Subpixels;
 
 use super::candidate::Candidate;
 use super::ladder::{Ladder, Rung};
-use super::pilot::{MOST_PREVIEW_PX, Pilot, Scene, View, preview_camera};
-use super::windows::{Cells, pixels};
+use super::pilot::{Pilot, Scene, View, preview_camera};
+use super::windows::Cells;
+use crate::measure::{Rendered, total};
 use crate::setting::Setting;
 
 /// Where the default changes a preview, it has all of a picture's pixels, up to this many along a side: at half of them the rims of
@@ -25,7 +26,7 @@ const RANKING_WORK: f64 = 8.0;
 const MOST_SUBPIXELS: u32 = 16;
 
 impl Pilot {
-    /// The cells of a picture by its contrast under the default, and by the change from there to a dearer setting.
+    /// The cells of a picture by its contrast under the default, and by the change from there to one with other rays and steps.
     pub(super) fn compared(
         &mut self,
         scene: &mut Scene,
@@ -33,9 +34,7 @@ impl Pilot {
         cells: &Cells,
     ) -> Result<Cells> {
         let camera = preview_camera(cells.camera(), 1, MOST_COMPARED_PX)?;
-        let (own, work) = self.under_default(scene, ladder, &camera)?;
-        let other = crossed(scene, ladder, &ladder.default, work)?;
-        let other = self.under(scene, ladder, &other, &camera)?;
+        let [own, other] = self.crossed(scene, ladder, &ladder.default, &camera)?;
         Ok(cells.with_steps(&own, &other))
     }
 
@@ -47,9 +46,11 @@ impl Pilot {
         cells: &Cells,
     ) -> Result<Cells> {
         let camera = *cells.camera();
-        let (own, work) = self.under_default(scene, ladder, &camera)?;
+        let own = self.under(scene, ladder, &ladder.default, &camera)?;
+        let work =
+            Rays::of(scene, &ladder.default, &own)?.map_or(f64::INFINITY, |rays| rays.work());
         let other = self.under(scene, ladder, ladder.at_work(RANKING_WORK * work), &camera)?;
-        Ok(cells.ranked(&own, &other))
+        Ok(cells.ranked(&own.image, &other.image))
     }
 
     /// Has the change from a setting to one with other rays and steps stand for what windows miss from now on.
@@ -59,11 +60,9 @@ impl Pilot {
         ladder: &Ladder,
         rung: &Rung,
     ) -> Result<()> {
-        let other = crossed(scene, ladder, rung, rung.work)?;
         for number in 0..self.views.len() {
             let camera = preview_camera(self.views[number].cells.camera(), 1, MOST_COMPARED_PX)?;
-            let own = self.under(scene, ladder, rung, &camera)?;
-            let other = self.under(scene, ladder, &other, &camera)?;
+            let [own, other] = self.crossed(scene, ladder, rung, &camera)?;
             let View { cells, windows, .. } = &mut self.views[number];
             cells.recompare(&own, &other);
             for window in windows {
@@ -73,61 +72,81 @@ impl Pilot {
         Ok(())
     }
 
-    /// A picture under the default, and the place of the default on the ladder: its work beside that of a preview.
-    fn under_default(
+    /// A picture under a setting and under one of twice its work whose rays and steps both lie elsewhere: twice the slab, and twice
+    /// the sub-pixels along each side. One with the same rays shares the first one's error at narrow peaks and rims, and does not show
+    /// it. Where the typed options leave no such choice, the next one of twice the work on the ladder.
+    fn crossed(
         &mut self,
         scene: &mut Scene,
         ladder: &Ladder,
+        rung: &Rung,
         camera: &Camera,
-    ) -> Result<(Image, f64)> {
-        let small = preview_camera(camera, 2, MOST_PREVIEW_PX)?;
-        let (_, cheap) = self.drawn(scene, &Candidate::new(&ladder.preview), &small)?;
-        scene.set(&ladder.default)?;
-        let (own, work) = self.drawn(scene, &Candidate::new(&ladder.default), camera)?;
-        let cheap_each = (cheap.growing / pixels(&small)).max(f64::MIN_POSITIVE);
-        let own_each = work.growing / pixels(camera);
-        Ok((own.image, ladder.preview.work * own_each / cheap_each))
+    ) -> Result<[Image; 2]> {
+        let own = self.under(scene, ladder, rung, camera)?;
+        let other = match Rays::of(scene, rung, &own)? {
+            Some(rays) => match rays.crossed(scene)? {
+                Some(crossed) => crossed,
+                None => ladder.at_work(2.0 * rays.work()).clone(),
+            },
+            None => ladder.exact().clone(),
+        };
+        let other = self.under(scene, ladder, &other, camera)?;
+        Ok([own.image, other.image])
     }
 
-    /// A picture under another setting.
+    /// A picture under a setting.
     fn under(
         &mut self,
         scene: &mut Scene,
         ladder: &Ladder,
         rung: &Rung,
         camera: &Camera,
-    ) -> Result<Image> {
+    ) -> Result<Rendered> {
         scene.set(rung)?;
         let (seen, _) = self.drawn(scene, &Candidate::new(rung), camera)?;
         scene.set(&ladder.preview)?;
-        Ok(seen.image)
+        Ok(seen)
     }
 }
 
-/// A setting of twice this work, whose rays and steps both lie elsewhere than those of another one: twice the slab, and twice the
-/// sub-pixels along each side. One with the same rays shares the other's error at narrow peaks and rims, and does not show it.
-/// Where the typed options leave no such choice, the next one of twice the work on the ladder.
-fn crossed(scene: &Scene, ladder: &Ladder, rung: &Rung, work: f64) -> Result<Rung> {
-    let Setting::Volume(own) = scene.typed.with(&rung.setting)? else {
-        return Ok(ladder.at_work(2.0 * work).clone());
-    };
-    let slab = own.options.field.slab_voxels;
-    let subpixels = match own.options.subpixels {
-        Subpixels::Fixed(count) => count,
-        // Work is sub-pixels along two sides over the slab.
-        Subpixels::Auto => (slab * work).max(1.0).sqrt().log2().round().exp2() as u32,
-    };
-    let setting = Setting::volume(&["slab", "subpixels"], |args| {
-        args.field.slab_voxels = 2.0 * slab;
-        args.subpixels = Subpixels::Fixed((2 * subpixels).min(MOST_SUBPIXELS));
-    });
-    let setting = setting.without(&scene.typed);
-    let is_choice = scene.typed.with(&setting)?.is_legal();
-    Ok(match is_choice {
-        true => Rung {
+/// Where the samples of a picture of the field lie.
+struct Rays {
+    slab_voxels: f64,
+    /// Along a pixel's side.
+    subpixels: u32,
+}
+
+impl Rays {
+    /// Those of a picture under a setting; `None` where it is not of the field.
+    fn of(scene: &Scene, rung: &Rung, seen: &Rendered) -> Result<Option<Self>> {
+        let Setting::Volume(own) = scene.typed.with(&rung.setting)? else {
+            return Ok(None);
+        };
+        let subpixels = total(&seen.keys, "subpixels") as u32;
+        Ok((subpixels > 0).then_some(Self {
+            slab_voxels: own.options.field.slab_voxels,
+            subpixels,
+        }))
+    }
+
+    /// The place on the ladder.
+    fn work(&self) -> f64 {
+        f64::from(self.subpixels).powi(2) / self.slab_voxels
+    }
+
+    /// The setting with twice the slab and twice the sub-pixels; `None` where the typed options forbid it.
+    fn crossed(&self, scene: &Scene) -> Result<Option<Rung>> {
+        let slab_voxels = 2.0 * self.slab_voxels;
+        let subpixels = (2 * self.subpixels).min(MOST_SUBPIXELS);
+        let setting = Setting::volume(&["slab", "subpixels"], |args| {
+            args.field.slab_voxels = slab_voxels;
+            args.subpixels = Subpixels::Fixed(subpixels);
+        });
+        let setting = setting.without(&scene.typed);
+        let is_choice = scene.typed.with(&setting)?.is_legal();
+        Ok(is_choice.then_some(Rung {
             setting,
-            work: 2.0 * work,
-        },
-        false => ladder.at_work(2.0 * work).clone(),
-    })
+            work: f64::from(subpixels).powi(2) / slab_voxels,
+        }))
+    }
 }

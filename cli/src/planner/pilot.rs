@@ -82,7 +82,7 @@ pub(super) enum Steps {
 }
 
 /// A preview has half of a picture's pixels along a side, and no more than this.
-pub(super) const MOST_PREVIEW_PX: u32 = 160;
+const MOST_PREVIEW_PX: u32 = 160;
 
 /// Pictures with the most contrast that are looked at, and how far they are from one another: this part of the sequence.
 const PEAKS: usize = 2;
