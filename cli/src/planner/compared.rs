@@ -1,7 +1,7 @@
 //! Where windows of a volume stand: the whole picture under two settings shows where it changes.
 //!
-//! For a root mean square, cells count by their contrast under the default and by the change to one with other rays and steps, and what
-//! windows miss of that change raises the error that they show; for a largest error those come first that change most.
+//! For a root mean square, cells count by their contrast and by the change to more rays; no error is predicted below that change, and what
+//! windows miss of it raises the error that they show; for a largest error those come first that change most.
 
 use anyhow::Result;
 use resample_core::{Camera, Image};
@@ -14,26 +14,37 @@ use super::windows::Cells;
 use crate::measure::{Rendered, total};
 use crate::setting::Setting;
 
-/// Where the default changes a preview, it has all of a picture's pixels, up to this many along a side: at half of them the rims of
-/// plates have other contrast than in the picture, and windows missed them. Beyond, these previews would cost more than windows.
+/// Pictures of up to so many pixels along a side are compared as a whole: at half of the pixels the rims of plates have other contrast,
+/// and windows missed them. Of larger ones previews are, because whole pictures would cost more than windows.
 const MOST_COMPARED_PX: u32 = 256;
 
 /// Work of the setting that ranks cells for a largest error, of the default's: with half of the slab and twice the sub-pixels along each
 /// side it errs neither in steps nor in rays where the default does.
 const RANKING_WORK: f64 = 8.0;
 
+/// How many times the slab of a setting is where two settings' rays are compared: it halves the work.
+const STEPS: f64 = 2.0;
+
 /// Most sub-pixels along a pixel's side.
 const MOST_SUBPIXELS: u32 = 16;
 
+/// The camera of the pictures that are compared.
+fn compared_camera(camera: &Camera) -> Result<Camera> {
+    if camera.width.max(camera.height) <= MOST_COMPARED_PX {
+        return Ok(*camera);
+    }
+    preview_camera(camera)
+}
+
 impl Pilot {
-    /// The cells of a picture by its contrast under the default, and by the change from there to one with other rays and steps.
+    /// The cells of a picture by its contrast under the default, and by the change to more rays.
     pub(super) fn compared(
         &mut self,
         scene: &mut Scene,
         ladder: &Ladder,
         cells: &Cells,
     ) -> Result<Cells> {
-        let camera = preview_camera(cells.camera(), 1, MOST_COMPARED_PX)?;
+        let camera = compared_camera(cells.camera())?;
         let [own, other] = self.crossed(scene, ladder, &ladder.default, &camera)?;
         Ok(cells.with_steps(&own, &other))
     }
@@ -53,7 +64,7 @@ impl Pilot {
         Ok(cells.ranked(&own.image, &other.image))
     }
 
-    /// Has the change from a setting to one with other rays and steps stand for what windows miss from now on.
+    /// Has the change from a setting to more rays stand for what windows miss from now on.
     pub(super) fn recompare(
         &mut self,
         scene: &mut Scene,
@@ -61,7 +72,7 @@ impl Pilot {
         rung: &Rung,
     ) -> Result<()> {
         for number in 0..self.views.len() {
-            let camera = preview_camera(self.views[number].cells.camera(), 1, MOST_COMPARED_PX)?;
+            let camera = compared_camera(self.views[number].cells.camera())?;
             let [own, other] = self.crossed(scene, ladder, rung, &camera)?;
             let View { cells, windows, .. } = &mut self.views[number];
             cells.recompare(&own, &other);
@@ -72,9 +83,9 @@ impl Pilot {
         Ok(())
     }
 
-    /// A picture under a setting and under one of twice its work whose rays and steps both lie elsewhere: twice the slab, and twice
-    /// the sub-pixels along each side. One with the same rays shares the first one's error at narrow peaks and rims, and does not show
-    /// it. Where the typed options leave no such choice, the next one of twice the work on the ladder.
+    /// Two pictures with twice the slab of a setting: with its own rays, and with twice the sub-pixels along each side. Errors of rays
+    /// stand at rims and narrow peaks, in few pixels, and most windows miss them; those of steps are everywhere, and would hide
+    /// them. Where sub-pixels are typed, the setting and the next one of twice its work.
     fn crossed(
         &mut self,
         scene: &mut Scene,
@@ -82,12 +93,14 @@ impl Pilot {
         rung: &Rung,
         camera: &Camera,
     ) -> Result<[Image; 2]> {
-        let own = self.under(scene, ladder, rung, camera)?;
-        let other = match Rays::of(scene, rung, &own)? {
-            Some(rays) => match rays.crossed(scene)? {
-                Some(crossed) => crossed,
-                None => ladder.at_work(2.0 * rays.work()).clone(),
-            },
+        let Some(long) = Rays::with_long_steps(scene, rung)? else {
+            let own = self.under(scene, ladder, rung, camera)?;
+            let other = self.under(scene, ladder, ladder.at_work(2.0 * rung.work), camera)?;
+            return Ok([own.image, other.image]);
+        };
+        let own = self.under(scene, ladder, &long, camera)?;
+        let other = match Rays::of(scene, &long, &own)? {
+            Some(rays) => rays.doubled(scene)?,
             None => ladder.exact().clone(),
         };
         let other = self.under(scene, ladder, &other, camera)?;
@@ -134,19 +147,33 @@ impl Rays {
         f64::from(self.subpixels).powi(2) / self.slab_voxels
     }
 
-    /// The setting with twice the slab and twice the sub-pixels; `None` where the typed options forbid it.
-    fn crossed(&self, scene: &Scene) -> Result<Option<Rung>> {
-        let slab_voxels = 2.0 * self.slab_voxels;
-        let subpixels = (2 * self.subpixels).min(MOST_SUBPIXELS);
-        let setting = Setting::volume(&["slab", "subpixels"], |args| {
-            args.field.slab_voxels = slab_voxels;
-            args.subpixels = Subpixels::Fixed(subpixels);
-        });
-        let setting = setting.without(&scene.typed);
-        let is_choice = scene.typed.with(&setting)?.is_legal();
+    /// A setting with twice the slab, as far as that is not typed; `None` where sub-pixels are, or samples are drawn.
+    fn with_long_steps(scene: &Scene, rung: &Rung) -> Result<Option<Rung>> {
+        let (Setting::Volume(typed), Setting::Volume(own)) =
+            (&scene.typed, scene.typed.with(&rung.setting)?)
+        else {
+            return Ok(None);
+        };
+        let slab_voxels = STEPS * own.options.field.slab_voxels;
+        let slab = Setting::volume(&["slab"], |args| args.field.slab_voxels = slab_voxels);
+        let setting = rung.setting.with(&slab)?.without(&scene.typed);
+        let is_choice = !typed.has("subpixels") && scene.typed.with(&setting)?.is_legal();
         Ok(is_choice.then_some(Rung {
             setting,
-            work: f64::from(subpixels).powi(2) / slab_voxels,
+            work: rung.work / STEPS,
         }))
+    }
+
+    /// The setting with as long steps and twice the sub-pixels along each side.
+    fn doubled(&self, scene: &Scene) -> Result<Rung> {
+        let subpixels = (2 * self.subpixels).min(MOST_SUBPIXELS);
+        let setting = Setting::volume(&["slab", "subpixels"], |args| {
+            args.field.slab_voxels = self.slab_voxels;
+            args.subpixels = Subpixels::Fixed(subpixels);
+        });
+        Ok(Rung {
+            setting: setting.without(&scene.typed),
+            work: f64::from(subpixels).powi(2) / self.slab_voxels,
+        })
     }
 }

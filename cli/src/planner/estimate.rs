@@ -32,7 +32,7 @@ pub(super) struct ViewErrors {
     pub(super) windows: Vec<WindowError>,
     pub(super) covered_px: f64,
     pub(super) cells: usize,
-    /// The mean square of the change of the whole picture to one with other rays and steps, where that was drawn.
+    /// The mean square of the change of the whole picture to one of more rays, where that was drawn.
     pub(super) mean_square_change: Option<f64>,
     /// The sum of the squared changes between two settings over all cells, where these were compared.
     pub(super) change: Option<f64>,
@@ -111,8 +111,7 @@ fn mean_square(view: &ViewErrors) -> f64 {
     let (mean, deviation) = mean_and_deviation(&estimates);
     let draws = estimates.len().max(1) as f64;
     let own = mean + STANDARD_ERRORS * (1.0 + FEW_DRAWS / draws) * deviation / draws.sqrt();
-    // Errors of two settings with other rays and steps are not alike: what is between them is seldom less than either, and that is
-    // known of all pixels. Errors in a few of them, at rims and peaks, are in no window.
+    // Errors of rays stand in a few pixels, at rims and peaks, and often in no window; what more rays change is known of all pixels.
     (own * missed(view)).max(view.mean_square_change.unwrap_or_default())
 }
 
@@ -238,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn no_error_is_predicted_below_the_change_to_other_rays() {
+    fn no_error_is_predicted_below_the_change_to_more_rays() {
         let view = |change: f64| ViewErrors {
             windows: vec![window(0.3, 0.1, 0.25); 2],
             covered_px: 100.0,

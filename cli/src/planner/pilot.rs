@@ -106,12 +106,12 @@ pub(super) fn side_px(scene: &Scene) -> u32 {
     }
 }
 
-/// The camera of a picture's preview: a part of its pixels along each side, and no more than some.
-pub(super) fn preview_camera(camera: &Camera, parts: u32, most_px: u32) -> Result<Camera> {
+/// The camera of a picture's preview.
+pub(super) fn preview_camera(camera: &Camera) -> Result<Camera> {
     let long_px = u64::from(camera.width.max(camera.height));
     let small = |px: u32| {
-        let most = (u64::from(px) * u64::from(most_px)).div_ceil(long_px);
-        px.div_ceil(parts).min(most as u32)
+        let most = (u64::from(px) * u64::from(MOST_PREVIEW_PX)).div_ceil(long_px);
+        px.div_ceil(2).min(most as u32)
     };
     Ok(camera.resized(small(camera.width), small(camera.height))?)
 }
@@ -232,7 +232,7 @@ impl Pilot {
         }
         let camera = scene.cameras[place];
         let long_px = u64::from(camera.width.max(camera.height));
-        let small = preview_camera(&camera, 2, MOST_PREVIEW_PX)?;
+        let small = preview_camera(&camera)?;
         let (seen, _) = self.drawn(scene, &previews.candidate, &small)?;
         let wall_per_cpu = seen.time.wall_ms / seen.time.cpu_ms.max(f64::MIN_POSITIVE);
         self.wall_per_cpu = self.wall_per_cpu.min(wall_per_cpu);

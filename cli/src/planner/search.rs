@@ -323,7 +323,7 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Compares the picture of a volume under the setting that was tried last with one of other rays and steps, all over, and judges it
+    /// Compares the picture of a volume under the setting that was tried last with one of more rays, all over, and judges it
     /// again by what of that change the windows hold; its place where it still keeps the bound. The change of the default, which
     /// decided where windows stand, need not be where a dearer setting errs.
     fn checked(&mut self, candidate: &Candidate) -> Result<Option<usize>> {
@@ -332,7 +332,7 @@ impl Search<'_, '_> {
             return Ok(Some(place));
         };
         let is_volume = matches!(self.scene.typed, Setting::Volume(_));
-        if !is_volume || bound.metric != BoundMetric::Rms {
+        if !is_volume || bound.metric != BoundMetric::Rms || !self.pilot.compared_all() {
             return Ok(Some(place));
         }
         self.pilot
