@@ -237,7 +237,9 @@ impl Search<'_, '_> {
     fn unseen(&self, metric: BoundMetric) -> f64 {
         let draws = (self.pilot.draws * self.pilot.size().0).max(1) as f64;
         match (&self.scene.typed, metric) {
-            (Setting::Volume(_), BoundMetric::Rms) => 1.0 + UNSEEN_DRAWS / draws,
+            (Setting::Volume(_), BoundMetric::Rms) if !self.pilot.compared_all() => {
+                1.0 + UNSEEN_DRAWS / draws
+            }
             _ => 1.0,
         }
     }
@@ -320,7 +322,7 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Compares the picture of a volume under the setting that was tried last with one of other rays and steps, all over, and judges it
+    /// Compares the picture of a volume under the setting that was tried last with one of more rays, all over, and judges it
     /// again by what of that change the windows hold; its place where it still keeps the bound. The change of the default, which
     /// decided where windows stand, need not be where a dearer setting errs.
     fn checked(&mut self, candidate: &Candidate) -> Result<Option<usize>> {
@@ -329,7 +331,7 @@ impl Search<'_, '_> {
             return Ok(Some(place));
         };
         let is_volume = matches!(self.scene.typed, Setting::Volume(_));
-        if !is_volume || bound.metric != BoundMetric::Rms {
+        if !is_volume || bound.metric != BoundMetric::Rms || !self.pilot.compared_all() {
             return Ok(Some(place));
         }
         self.pilot
