@@ -64,21 +64,41 @@ impl Pilot {
         Ok(cells.ranked(&own.image, &other.image))
     }
 
-    /// Has the change from a setting to more rays stand for what windows miss from now on.
+    /// Has the change from a setting to more rays stand for what windows miss from now on. Gives the picture of each view that has
+    /// twice the slab.
     pub(super) fn recompare(
         &mut self,
         scene: &mut Scene,
         ladder: &Ladder,
         rung: &Rung,
-    ) -> Result<()> {
+    ) -> Result<Vec<Image>> {
+        let mut long = Vec::new();
         for number in 0..self.views.len() {
             let camera = compared_camera(self.views[number].cells.camera())?;
             let [own, other] = self.crossed(scene, ladder, rung, &camera)?;
-            let View { cells, windows, .. } = &mut self.views[number];
-            cells.recompare(&own, &other);
-            for window in windows {
-                window.change = cells.change_at(window.at);
-            }
+            let view = &mut self.views[number];
+            view.cells.recompare(&own, &other);
+            view.change_again();
+            long.push(own);
+        }
+        Ok(long)
+    }
+
+    /// Has the change from twice the slab of a setting to its own stand for what windows miss. Steps err in a few pixels where a peak
+    /// is narrow, as rays do. That change is many times the error of the setting, so that it bounds no error.
+    pub(super) fn recompare_steps(
+        &mut self,
+        scene: &mut Scene,
+        ladder: &Ladder,
+        rung: &Rung,
+        long: &[Image],
+    ) -> Result<()> {
+        for (number, long) in long.iter().enumerate() {
+            let camera = compared_camera(self.views[number].cells.camera())?;
+            let own = self.under(scene, ladder, rung, &camera)?;
+            let view = &mut self.views[number];
+            view.cells.recompare_cells(&own.image, long);
+            view.change_again();
         }
         Ok(())
     }
@@ -119,6 +139,15 @@ impl Pilot {
         let (seen, _) = self.drawn(scene, &Candidate::new(rung), camera)?;
         scene.set(&ladder.preview)?;
         Ok(seen)
+    }
+}
+
+impl View {
+    /// Gives windows the changes of their cells.
+    fn change_again(&mut self) {
+        for window in &mut self.windows {
+            window.change = self.cells.change_at(window.at);
+        }
     }
 }
 

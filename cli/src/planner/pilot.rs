@@ -381,6 +381,12 @@ impl Pilot {
         views.all(|view| view.cells.mean_square_change().is_some())
     }
 
+    /// Returns true if windows stand where whole pictures change most.
+    pub(super) fn is_ranked(&self) -> bool {
+        let is_ranked = |view: &View| view.cells.change_behind(0).is_some();
+        self.views.iter().all(is_ranked)
+    }
+
     /// Returns true if anything is covered.
     pub(super) fn sees_something(&self) -> bool {
         !self.views.is_empty()

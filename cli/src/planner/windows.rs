@@ -122,6 +122,12 @@ impl Cells {
 
     /// Has the changes between two other settings stand for those of before; chances stay as they are.
     pub(super) fn recompare(&mut self, image: &Image, other: &Image) {
+        self.recompare_cells(image, other);
+        self.whole_change = whole_change(image, other, &self.camera);
+    }
+
+    /// The same for what windows miss alone: the change of the whole picture stays that of before.
+    pub(super) fn recompare_cells(&mut self, image: &Image, other: &Image) {
         let of = |&(at, _): &([u32; 2], f64)| {
             change(
                 image,
@@ -130,7 +136,6 @@ impl Cells {
             )
         };
         self.changes = self.list.iter().map(of).collect();
-        self.whole_change = whole_change(image, other, &self.camera);
     }
 
     /// The change of the cell that begins at a pixel; `None` where two settings were not compared.
