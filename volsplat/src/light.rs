@@ -6,7 +6,7 @@
 //! Source: B. T. Phong, "Illumination for Computer Generated Pictures", Communications of the ACM 18(6), 1975.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, mask32x8};
+use fearless_simd::{Simd, SimdFloat, f32x8};
 use glam::DVec3;
 use resample_core::Camera;
 use resample_core::light::{AMBIENT, DIFFUSE};
@@ -35,19 +35,19 @@ pub(crate) struct GradientRamp {
 
 /// Light on a sample: a factor of its colour, and white to add.
 #[derive(Clone, Copy)]
-pub(crate) struct Lit<S: Simd> {
-    pub(crate) body: f32x8<S>,
-    pub(crate) highlight: f32x8<S>,
+pub(crate) struct Lit<F> {
+    pub(crate) body: F,
+    pub(crate) highlight: F,
 }
 
 /// Gradients as directions and lengths.
 #[derive(Clone, Copy)]
-pub(crate) struct Polar<S: Simd> {
+struct Polar<F, M> {
     /// Lanes that have a direction.
-    pub(crate) directed: mask32x8<S>,
+    directed: M,
     /// Unit vectors; 0 where there is no direction.
-    pub(crate) direction: [f32x8<S>; 3],
-    pub(crate) length: f32x8<S>,
+    direction: [F; 3],
+    length: F,
 }
 
 /// A gradient as f32, held where differences of two are still finite.
@@ -56,20 +56,23 @@ pub(crate) fn gradient_in_f32(gradient: DVec3) -> [f32; 3] {
     gradient.clamp(-most, most).as_vec3().to_array()
 }
 
-impl<S: Simd> Polar<S> {
+impl<F, M> Polar<F, M> {
     /// The unit of scalars and of lengths is the user's, so that squares may lie beyond f32 either way: they are taken of
     /// the vector over its largest part.
     #[inline(always)]
-    pub(crate) fn new(simd: S, gradient: [f32x8<S>; 3]) -> Self {
-        let constant = |v: f32| f32x8::splat(simd, v);
-        let [x, y, z] = gradient;
+    fn new<S: Simd>(simd: S, [x, y, z]: [F; 3]) -> Self
+    where
+        F: SimdFloat<S, Element = f32, Mask = M>,
+        M: Copy + Select<F>,
+    {
+        let (zero, one) = (F::splat(simd, 0.0), F::splat(simd, 1.0));
         let largest = x.abs().max(y.abs()).max(z.abs());
         // What is smaller has few digits, and no inverse.
-        let directed = largest.simd_ge(constant(f32::MIN_POSITIVE));
-        let inverse = directed.select(constant(1.0) / largest, constant(0.0));
+        let directed = largest.simd_ge(F::splat(simd, f32::MIN_POSITIVE));
+        let inverse = directed.select(one / largest, zero);
         let (x, y, z) = (x * inverse, y * inverse, z * inverse);
         let root = x.mul_add(x, y.mul_add(y, z * z)).sqrt();
-        let unit = directed.select(constant(1.0) / root, constant(0.0));
+        let unit = directed.select(one / root, zero);
         Self {
             directed,
             direction: [x * unit, y * unit, z * unit],
@@ -117,19 +120,23 @@ impl ShadeSettings {
         })
     }
 
-    /// Lights samples with these gradients, seen along these unit rays; both in the world.
+    /// Returns true if light depends on where the eye is.
     #[inline(always)]
-    pub(crate) fn light<S: Simd>(
+    pub(crate) fn has_highlight(&self) -> bool {
+        self.specular != 0.0
+    }
+
+    /// Lights samples with these gradients, seen along these unit rays; both in the world. Rays count only for a highlight.
+    #[inline(always)]
+    pub(crate) fn light<S: Simd, F: SimdFloat<S, Element = f32>>(
         &self,
         simd: S,
-        gradient: [f32x8<S>; 3],
-        ray: [f32x8<S>; 3],
-    ) -> Lit<S> {
-        let constant = |v: f32| f32x8::splat(simd, v);
-        let dot = |a: [f32x8<S>; 3], b: [f32x8<S>; 3]| {
-            a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
-        };
-        let light = self.light.map(constant);
+        gradient: [F; 3],
+        ray: [F; 3],
+    ) -> Lit<F> {
+        let [x, y, z] = self.light;
+        let light = [F::splat(simd, x), F::splat(simd, y), F::splat(simd, z)];
+        let zero = F::splat(simd, 0.0);
         let Polar {
             directed,
             direction: normal,
@@ -137,35 +144,46 @@ impl ShadeSettings {
         } = Polar::new(simd, gradient);
         // Either side is lit: the normal is the one that faces the light.
         let signed = dot(normal, light);
-        let cosine = signed.abs();
-        let body = cosine.mul_add(constant(DIFFUSE), constant(AMBIENT));
-        if self.specular == 0.0 {
+        let body = signed
+            .abs()
+            .mul_add(F::splat(simd, DIFFUSE), F::splat(simd, AMBIENT));
+        if !self.has_highlight() {
             return Lit {
                 body,
-                highlight: constant(0.0),
+                highlight: zero,
             };
         }
         // The mirrored light is 2 (n.l) n - l, whichever side n is on.
-        let twice = signed * constant(2.0);
-        let mirror = |k: usize| normal[k].mul_add(twice, -light[k]);
-        let mirrored = [mirror(0), mirror(1), mirror(2)];
-        let towards_eye = (-dot(mirrored, ray)).max(constant(0.0));
-        let shine = directed.select(power(towards_eye), constant(0.0));
+        let twice = signed * F::splat(simd, 2.0);
+        let mirrored = [
+            normal[0].mul_add(twice, -light[0]),
+            normal[1].mul_add(twice, -light[1]),
+            normal[2].mul_add(twice, -light[2]),
+        ];
+        let towards_eye = (-dot(mirrored, ray)).max(zero);
+        let shine = directed.select(power(towards_eye), zero);
         Lit {
             body,
-            highlight: shine * constant(self.specular),
+            highlight: shine * F::splat(simd, self.specular),
         }
     }
 }
 
+#[inline(always)]
+fn dot<S: Simd, F: SimdFloat<S>>(a: [F; 3], b: [F; 3]) -> F {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+}
+
 /// The highlight's power, 2^4 + 2^2 = 20, by squaring.
 #[inline(always)]
-fn power<S: Simd>(x: f32x8<S>) -> f32x8<S> {
-    let squared = |mut x: f32x8<S>, times: u32| {
-        for _ in 0..times {
-            x = x * x;
-        }
-        x
-    };
+fn power<S: Simd, F: SimdFloat<S>>(x: F) -> F {
     squared(x, SPECULAR_POWER_LOG2[0]) * squared(x, SPECULAR_POWER_LOG2[1])
+}
+
+#[inline(always)]
+fn squared<S: Simd, F: SimdFloat<S>>(mut x: F, times: u32) -> F {
+    for _ in 0..times {
+        x = x * x;
+    }
+    x
 }

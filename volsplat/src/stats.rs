@@ -73,6 +73,8 @@ pub struct FrameStats {
     pub tile_pairs: u64,
     /// Tile pairs that were never looked at because every pixel of their tile was already opaque.
     pub hidden_pairs: u64,
+    /// Sub-pixels along a pixel's side (the field; of other orders 0).
+    pub subpixels: u64,
     /// Pixel updates: how often a footprint added something to a pixel (whole rows of a tile's width are counted as
     /// they are computed).
     pub pixels_touched: u64,

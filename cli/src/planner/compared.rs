@@ -1,7 +1,7 @@
 //! Where windows of a volume stand: the whole picture under two settings shows where it changes.
 //!
-//! For a root mean square, cells count by their contrast under the default and by the change to one with other rays and steps, and what
-//! windows miss of that change raises the error that they show; for a largest error those come first that change most.
+//! For a root mean square, cells count by their contrast and by the change to more rays; no error is predicted below that change, and what
+//! windows miss of it raises the error that they show; for a largest error those come first that change most.
 
 use anyhow::Result;
 use resample_core::{Camera, Image};
@@ -9,33 +9,43 @@ use volsplat::Subpixels;
 
 use super::candidate::Candidate;
 use super::ladder::{Ladder, Rung};
-use super::pilot::{MOST_PREVIEW_PX, Pilot, Scene, View, preview_camera};
-use super::windows::{Cells, pixels};
+use super::pilot::{Pilot, Scene, View, preview_camera};
+use super::windows::Cells;
+use crate::measure::Rendered;
 use crate::open::setting::{Choices, Setting, VolumeChoice};
 
-/// Where the default changes a preview, it has all of a picture's pixels, up to this many along a side: at half of them the rims of
-/// plates have other contrast than in the picture, and windows missed them. Beyond, these previews would cost more than windows.
+/// Pictures of up to so many pixels along a side are compared as a whole: at half of the pixels the rims of plates have other contrast,
+/// and windows missed them. Of larger ones previews are, because whole pictures would cost more than windows.
 const MOST_COMPARED_PX: u32 = 256;
 
 /// Work of the setting that ranks cells for a largest error, of the default's: with half of the slab and twice the sub-pixels along each
 /// side it errs neither in steps nor in rays where the default does.
 const RANKING_WORK: f64 = 8.0;
 
+/// How many times the slab of a setting is where two settings' rays are compared: it halves the work.
+const STEPS: f64 = 2.0;
+
 /// Most sub-pixels along a pixel's side.
 const MOST_SUBPIXELS: u32 = 16;
 
+/// The camera of the pictures that are compared.
+fn compared_camera(camera: &Camera) -> Result<Camera> {
+    if camera.width.max(camera.height) <= MOST_COMPARED_PX {
+        return Ok(*camera);
+    }
+    preview_camera(camera)
+}
+
 impl Pilot {
-    /// The cells of a picture by its contrast under the default, and by the change from there to a dearer setting.
+    /// The cells of a picture by its contrast under the default, and by the change to more rays.
     pub(super) fn compared(
         &mut self,
         scene: &mut Scene,
         ladder: &Ladder,
         cells: &Cells,
     ) -> Result<Cells> {
-        let camera = preview_camera(cells.camera(), 1, MOST_COMPARED_PX)?;
-        let (own, work) = self.under_default(scene, ladder, &camera)?;
-        let other = crossed(scene, ladder, &ladder.default, work)?;
-        let other = self.under(scene, ladder, &other, &camera)?;
+        let camera = compared_camera(cells.camera())?;
+        let [own, other] = self.crossed(scene, ladder, &ladder.default, &camera)?;
         Ok(cells.with_steps(&own, &other))
     }
 
@@ -47,87 +57,152 @@ impl Pilot {
         cells: &Cells,
     ) -> Result<Cells> {
         let camera = *cells.camera();
-        let (own, work) = self.under_default(scene, ladder, &camera)?;
+        let own = self.under(scene, ladder, &ladder.default, &camera)?;
+        let work =
+            Rays::of(scene, &ladder.default, &own)?.map_or(f64::INFINITY, |rays| rays.work());
         let other = self.under(scene, ladder, ladder.at_work(RANKING_WORK * work), &camera)?;
-        Ok(cells.ranked(&own, &other))
+        Ok(cells.ranked(&own.image, &other.image))
     }
 
-    /// Has the change from a setting to one with other rays and steps stand for what windows miss from now on.
+    /// Has the change from a setting to more rays stand for what windows miss from now on. Gives the picture of each view that has
+    /// twice the slab.
     pub(super) fn recompare(
         &mut self,
         scene: &mut Scene,
         ladder: &Ladder,
         rung: &Rung,
-    ) -> Result<()> {
-        let other = crossed(scene, ladder, rung, rung.work)?;
+    ) -> Result<Vec<Image>> {
+        let mut long = Vec::new();
         for number in 0..self.views.len() {
-            let camera = preview_camera(self.views[number].cells.camera(), 1, MOST_COMPARED_PX)?;
+            let camera = compared_camera(self.views[number].cells.camera())?;
+            let [own, other] = self.crossed(scene, ladder, rung, &camera)?;
+            let view = &mut self.views[number];
+            view.cells.recompare(&own, &other);
+            view.change_again();
+            long.push(own);
+        }
+        Ok(long)
+    }
+
+    /// Has the change from twice the slab of a setting to its own stand for what windows miss. Steps err in a few pixels where a peak
+    /// is narrow, as rays do. That change is many times the error of the setting, so that it bounds no error.
+    pub(super) fn recompare_steps(
+        &mut self,
+        scene: &mut Scene,
+        ladder: &Ladder,
+        rung: &Rung,
+        long: &[Image],
+    ) -> Result<()> {
+        for (number, long) in long.iter().enumerate() {
+            let camera = compared_camera(self.views[number].cells.camera())?;
             let own = self.under(scene, ladder, rung, &camera)?;
-            let other = self.under(scene, ladder, &other, &camera)?;
-            let View { cells, windows, .. } = &mut self.views[number];
-            cells.recompare(&own, &other);
-            for window in windows {
-                window.change = cells.change_at(window.at);
-            }
+            let view = &mut self.views[number];
+            view.cells.recompare_cells(&own.image, long);
+            view.change_again();
         }
         Ok(())
     }
 
-    /// A picture under the default, and the place of the default on the ladder: its work beside that of a preview.
-    fn under_default(
+    /// Two pictures with twice the slab of a setting: with its own rays, and with twice the sub-pixels along each side. Errors of rays
+    /// stand at rims and narrow peaks, in few pixels, and most windows miss them; those of steps are everywhere, and would hide
+    /// them. Where sub-pixels are typed, the setting and the next one of twice its work.
+    fn crossed(
         &mut self,
         scene: &mut Scene,
         ladder: &Ladder,
+        rung: &Rung,
         camera: &Camera,
-    ) -> Result<(Image, f64)> {
-        let small = preview_camera(camera, 2, MOST_PREVIEW_PX)?;
-        let (_, cheap) = self.drawn(scene, &Candidate::new(&ladder.preview), &small)?;
-        scene.set(&ladder.default)?;
-        let (own, work) = self.drawn(scene, &Candidate::new(&ladder.default), camera)?;
-        let cheap_each = (cheap.growing / pixels(&small)).max(f64::MIN_POSITIVE);
-        let own_each = work.growing / pixels(camera);
-        Ok((own.image, ladder.preview.work * own_each / cheap_each))
+    ) -> Result<[Image; 2]> {
+        let Some(long) = Rays::with_long_steps(scene, rung)? else {
+            let own = self.under(scene, ladder, rung, camera)?;
+            let other = self.under(scene, ladder, ladder.at_work(2.0 * rung.work), camera)?;
+            return Ok([own.image, other.image]);
+        };
+        let own = self.under(scene, ladder, &long, camera)?;
+        let other = match Rays::of(scene, &long, &own)? {
+            Some(rays) => rays.doubled(scene)?,
+            None => ladder.exact().clone(),
+        };
+        let other = self.under(scene, ladder, &other, camera)?;
+        Ok([own.image, other.image])
     }
 
-    /// A picture under another setting.
+    /// A picture under a setting.
     fn under(
         &mut self,
         scene: &mut Scene,
         ladder: &Ladder,
         rung: &Rung,
         camera: &Camera,
-    ) -> Result<Image> {
+    ) -> Result<Rendered> {
         scene.set(rung)?;
         let (seen, _) = self.drawn(scene, &Candidate::new(rung), camera)?;
         scene.set(&ladder.preview)?;
-        Ok(seen.image)
+        Ok(seen)
     }
 }
 
-/// A setting of twice this work, whose rays and steps both lie elsewhere than those of another one: twice the slab, and twice the
-/// sub-pixels along each side. One with the same rays shares the other's error at narrow peaks and rims, and does not show it.
-/// Where the typed options leave no such choice, the next one of twice the work on the ladder.
-fn crossed(scene: &Scene, ladder: &Ladder, rung: &Rung, work: f64) -> Result<Rung> {
-    let Setting::Volume(own) = scene.typed.with(&rung.choices)? else {
-        return Ok(ladder.at_work(2.0 * work).clone());
-    };
-    let slab = own.options.field.slab_voxels;
-    let subpixels = match own.options.subpixels {
-        Subpixels::Fixed(count) => count,
-        // Work is sub-pixels along two sides over the slab.
-        Subpixels::Auto => (slab * work).max(1.0).sqrt().log2().round().exp2() as u32,
-    };
-    let choices = Choices::of([
-        VolumeChoice::Slab(2.0 * slab),
-        VolumeChoice::Subpixels(Subpixels::Fixed((2 * subpixels).min(MOST_SUBPIXELS))),
-    ]);
-    let choices = choices.without(&scene.typed);
-    let is_choice = scene.typed.with(&choices)?.is_legal();
-    Ok(match is_choice {
-        true => Rung {
+impl View {
+    /// Gives windows the changes of their cells.
+    fn change_again(&mut self) {
+        for window in &mut self.windows {
+            window.change = self.cells.change_at(window.at);
+        }
+    }
+}
+
+/// Where the samples of a picture of the field lie.
+struct Rays {
+    slab_voxels: f64,
+    /// Along a pixel's side.
+    subpixels: u32,
+}
+
+impl Rays {
+    /// Those of a picture under a setting; `None` where it is not of the field.
+    fn of(scene: &Scene, rung: &Rung, seen: &Rendered) -> Result<Option<Self>> {
+        let Setting::Volume(own) = scene.typed.with(&rung.choices)? else {
+            return Ok(None);
+        };
+        let subpixels = seen.cost.subpixels;
+        Ok((subpixels > 0).then_some(Self {
+            slab_voxels: own.options.field.slab_voxels,
+            subpixels,
+        }))
+    }
+
+    /// The place on the ladder.
+    fn work(&self) -> f64 {
+        f64::from(self.subpixels).powi(2) / self.slab_voxels
+    }
+
+    /// A setting with twice the slab, as far as that is not typed; `None` where sub-pixels are, or samples are drawn.
+    fn with_long_steps(scene: &Scene, rung: &Rung) -> Result<Option<Rung>> {
+        let (Setting::Volume(typed), Setting::Volume(own)) =
+            (&scene.typed, scene.typed.with(&rung.choices)?)
+        else {
+            return Ok(None);
+        };
+        let slab_voxels = STEPS * own.options.field.slab_voxels;
+        let slab = Choices::of([VolumeChoice::Slab(slab_voxels)]);
+        let choices = rung.choices.with(&slab).without(&scene.typed);
+        let is_choice = !typed.has("subpixels") && scene.typed.with(&choices)?.is_legal();
+        Ok(is_choice.then_some(Rung {
             choices,
-            work: 2.0 * work,
-        },
-        false => ladder.at_work(2.0 * work).clone(),
-    })
+            work: rung.work / STEPS,
+        }))
+    }
+
+    /// The setting with as long steps and twice the sub-pixels along each side.
+    fn doubled(&self, scene: &Scene) -> Result<Rung> {
+        let subpixels = (2 * self.subpixels).min(MOST_SUBPIXELS);
+        let choices = Choices::of([
+            VolumeChoice::Slab(self.slab_voxels),
+            VolumeChoice::Subpixels(Subpixels::Fixed(subpixels)),
+        ]);
+        Ok(Rung {
+            choices: choices.without(&scene.typed),
+            work: f64::from(subpixels).powi(2) / self.slab_voxels,
+        })
+    }
 }

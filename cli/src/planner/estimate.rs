@@ -32,6 +32,8 @@ pub(super) struct ViewErrors {
     pub(super) windows: Vec<WindowError>,
     pub(super) covered_px: f64,
     pub(super) cells: usize,
+    /// The mean square of the change of the whole picture to one of more rays, where that was drawn.
+    pub(super) mean_square_change: Option<f64>,
     /// The sum of the squared changes between two settings over all cells, where these were compared.
     pub(super) change: Option<f64>,
     /// Where windows are ranked: the largest change in all other cells.
@@ -109,7 +111,8 @@ fn mean_square(view: &ViewErrors) -> f64 {
     let (mean, deviation) = mean_and_deviation(&estimates);
     let draws = estimates.len().max(1) as f64;
     let own = mean + STANDARD_ERRORS * (1.0 + FEW_DRAWS / draws) * deviation / draws.sqrt();
-    own * missed(view)
+    // Errors of rays stand in a few pixels, at rims and peaks, and often in no window; what more rays change is known of all pixels.
+    (own * missed(view)).max(view.mean_square_change.unwrap_or_default())
 }
 
 /// How many times the change that the windows hold, by their chances, is in the whole picture; 1 where they hold it all or more.
@@ -202,6 +205,7 @@ mod tests {
             windows,
             covered_px: 10.0,
             cells: 2,
+            mean_square_change: None,
             change: None,
             change_behind: None,
         };
@@ -218,6 +222,7 @@ mod tests {
             windows: vec![window(3.0, 0.1, 1.0)],
             covered_px: 100.0,
             cells: 1,
+            mean_square_change: None,
             change: None,
             change_behind: None,
         };
@@ -232,6 +237,24 @@ mod tests {
     }
 
     #[test]
+    fn no_error_is_predicted_below_the_change_to_more_rays() {
+        let view = |change: f64| ViewErrors {
+            windows: vec![window(0.3, 0.1, 0.25); 2],
+            covered_px: 100.0,
+            cells: 100,
+            mean_square_change: Some(change),
+            change: None,
+            change_behind: None,
+        };
+        let of = |change| predicted(BoundMetric::Rms, &[view(change)], 1);
+        assert!((of(0.04) - 0.2).abs() < 1e-12, "more than the windows show");
+        assert!(
+            (of(1e-6) - 0.004_f64.sqrt()).abs() < 1e-12,
+            "0.3 / (0.25 * 300)"
+        );
+    }
+
+    #[test]
     fn change_that_windows_miss_raises_the_error() {
         let changed = |change: f64| WindowError {
             change: Some(change),
@@ -241,6 +264,7 @@ mod tests {
             windows: changes.map(changed).to_vec(),
             covered_px: 100.0,
             cells: 100,
+            mean_square_change: None,
             change: Some(4.0),
             change_behind: None,
         };
@@ -263,6 +287,7 @@ mod tests {
             windows: vec![ranked(0.10, 0.08), ranked(0.03, 0.05)],
             covered_px: 100.0,
             cells: 100,
+            mean_square_change: None,
             change: None,
             change_behind: Some(behind),
         };
@@ -278,6 +303,7 @@ mod tests {
             windows: vec![window(0.3, 0.1, 0.25); 4],
             covered_px: 100.0,
             cells: 100,
+            mean_square_change: None,
             change: None,
             change_behind: None,
         };

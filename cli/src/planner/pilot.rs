@@ -83,7 +83,7 @@ pub(super) enum Steps {
 }
 
 /// A preview has half of a picture's pixels along a side, and no more than this.
-pub(super) const MOST_PREVIEW_PX: u32 = 160;
+const MOST_PREVIEW_PX: u32 = 160;
 
 /// Pictures with the most contrast that are looked at, and how far they are from one another: this part of the sequence.
 const PEAKS: usize = 2;
@@ -107,12 +107,12 @@ pub(super) fn side_px(scene: &Scene) -> u32 {
     }
 }
 
-/// The camera of a picture's preview: a part of its pixels along each side, and no more than some.
-pub(super) fn preview_camera(camera: &Camera, parts: u32, most_px: u32) -> Result<Camera> {
+/// The camera of a picture's preview.
+pub(super) fn preview_camera(camera: &Camera) -> Result<Camera> {
     let long_px = u64::from(camera.width.max(camera.height));
     let small = |px: u32| {
-        let most = (u64::from(px) * u64::from(most_px)).div_ceil(long_px);
-        px.div_ceil(parts).min(most as u32)
+        let most = (u64::from(px) * u64::from(MOST_PREVIEW_PX)).div_ceil(long_px);
+        px.div_ceil(2).min(most as u32)
     };
     Ok(camera.resized(small(camera.width), small(camera.height))?)
 }
@@ -233,7 +233,7 @@ impl Pilot {
         }
         let camera = scene.cameras[place];
         let long_px = u64::from(camera.width.max(camera.height));
-        let small = preview_camera(&camera, 2, MOST_PREVIEW_PX)?;
+        let small = preview_camera(&camera)?;
         let (seen, _) = self.drawn(scene, &previews.candidate, &small)?;
         let wall_per_cpu = seen.time.wall_ms / seen.time.cpu_ms.max(f64::MIN_POSITIVE);
         self.wall_per_cpu = self.wall_per_cpu.min(wall_per_cpu);
@@ -343,6 +343,7 @@ impl Pilot {
                 .collect(),
             covered_px: view.cells.covered_px,
             cells: view.cells.len(),
+            mean_square_change: view.cells.mean_square_change(),
             change: view.cells.change(),
             change_behind: view.cells.change_behind(view.windows.len()),
         };
@@ -372,6 +373,18 @@ impl Pilot {
         };
         let all = self.views.iter().zip(&candidate.parts).map(of_view);
         TIME_MARGIN * all.fold(0.0, f64::max) * self.wall_per_cpu
+    }
+
+    /// Returns true if all pixels of the pictures that are looked at were compared under two settings.
+    pub(crate) fn compared_all(&self) -> bool {
+        let mut views = self.views.iter();
+        views.all(|view| view.cells.mean_square_change().is_some())
+    }
+
+    /// Returns true if windows stand where whole pictures change most.
+    pub(super) fn is_ranked(&self) -> bool {
+        let is_ranked = |view: &View| view.cells.change_behind(0).is_some();
+        self.views.iter().all(is_ranked)
     }
 
     /// Returns true if anything is covered.

@@ -157,7 +157,13 @@ impl Search<'_, '_> {
         self.pilot.measure(self.scene, &mut exact)?;
         // The default costs no more than the exact setting.
         let windows = 2.0 * DRAWS as f64 * (self.pilot.work - previews);
-        if previews + windows > SHARE_OF_EXACT * pictures * self.pilot.picture_work(&exact) {
+        // Pictures that rank cells for a largest error are as dear as an eighth of the exact one. They are drawn, whatever is chosen.
+        let counted = if self.pilot.is_ranked() {
+            0.0
+        } else {
+            previews
+        };
+        if counted + windows > SHARE_OF_EXACT * pictures * self.pilot.picture_work(&exact) {
             return Ok(false);
         }
         let mut draws = 1;
@@ -237,7 +243,9 @@ impl Search<'_, '_> {
     fn unseen(&self, metric: BoundMetric) -> f64 {
         let draws = (self.pilot.draws * self.pilot.size().0).max(1) as f64;
         match (&self.scene.typed, metric) {
-            (Setting::Volume(_), BoundMetric::Rms) => 1.0 + UNSEEN_DRAWS / draws,
+            (Setting::Volume(_), BoundMetric::Rms) if !self.pilot.compared_all() => {
+                1.0 + UNSEEN_DRAWS / draws
+            }
             _ => 1.0,
         }
     }
@@ -320,8 +328,8 @@ impl Search<'_, '_> {
         }
     }
 
-    /// Compares the picture of a volume under the setting that was tried last with one of other rays and steps, all over, and judges it
-    /// again by what of that change the windows hold; its place where it still keeps the bound. The change of the default, which
+    /// Compares the picture of a volume under the setting that was tried last with one of more rays and one of longer steps, all over,
+    /// and judges it again by what of each change the windows hold; its place where it still keeps the bound. The change of the default, which
     /// decided where windows stand, need not be where a dearer setting errs.
     fn checked(&mut self, candidate: &Candidate) -> Result<Option<usize>> {
         let place = self.tried.len() - 1;
@@ -329,17 +337,31 @@ impl Search<'_, '_> {
             return Ok(Some(place));
         };
         let is_volume = matches!(self.scene.typed, Setting::Volume(_));
-        if !is_volume || bound.metric != BoundMetric::Rms {
+        if !is_volume || bound.metric != BoundMetric::Rms || !self.pilot.compared_all() {
             return Ok(Some(place));
         }
-        self.pilot
+        let long = self
+            .pilot
             .recompare(self.scene, self.ladder, &candidate.rung)?;
+        if self.judged_again(candidate) {
+            self.pilot
+                .recompare_steps(self.scene, self.ladder, &candidate.rung, &long)?;
+            self.judged_again(candidate);
+        }
+        Ok((self.tried[place].keeps == Keeps::Yes).then_some(place))
+    }
+
+    /// Judges the setting that was tried last by another change of pictures, if its error is larger by that; true where it still keeps
+    /// the bound.
+    fn judged_again(&mut self, candidate: &Candidate) -> bool {
         let again = self.judged(candidate);
-        let before = &mut self.tried[place];
+        let Some(before) = self.tried.last_mut() else {
+            return false;
+        };
         if again.error > before.error {
             *before = again;
         }
-        Ok((before.keeps == Keeps::Yes).then_some(place))
+        before.keeps == Keeps::Yes
     }
 
     /// Tries a rung; its place where it keeps the bound.

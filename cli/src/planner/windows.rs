@@ -17,6 +17,8 @@ pub(super) struct Cells {
     changes: Vec<f64>,
     camera: Camera,
     side_px: u32,
+    /// The sum of the squared changes of the whole picture, where its own pixels were compared.
+    whole_change: Option<f64>,
     /// Where windows follow the largest changes of the picture: each cell's largest change and its place in the list, largest
     /// first. Empty where they are drawn.
     ranks: Vec<(f64, usize)>,
@@ -88,6 +90,7 @@ impl Cells {
         Self {
             changes: steps.map_or(Vec::new(), |_| changes.collect()),
             list: shown.into_iter().map(count).collect(),
+            whole_change: steps.and_then(|steps| whole_change(preview, steps, camera)),
             ranks: Vec::new(),
             camera: *camera,
             side_px,
@@ -119,6 +122,12 @@ impl Cells {
 
     /// Has the changes between two other settings stand for those of before; chances stay as they are.
     pub(super) fn recompare(&mut self, image: &Image, other: &Image) {
+        self.recompare_cells(image, other);
+        self.whole_change = whole_change(image, other, &self.camera);
+    }
+
+    /// The same for what windows miss alone: the change of the whole picture stays that of before.
+    pub(super) fn recompare_cells(&mut self, image: &Image, other: &Image) {
         let of = |&(at, _): &([u32; 2], f64)| {
             change(
                 image,
@@ -133,6 +142,13 @@ impl Cells {
     pub(super) fn change_at(&self, at: [u32; 2]) -> Option<f64> {
         let place = self.list.iter().position(|(corner, _)| *corner == at)?;
         self.changes.get(place).copied()
+    }
+
+    /// The mean square of the change between two settings over the covered pixels' red, green and blue; `None` where not all of the
+    /// picture's own pixels were compared.
+    pub(super) fn mean_square_change(&self) -> Option<f64> {
+        let change = self.whole_change?;
+        Some(change / (3.0 * self.covered_px.max(1.0)))
     }
 
     /// The sum of the squared changes of all cells; `None` where two settings were not compared.
@@ -224,6 +240,13 @@ fn change(image: &Image, other: &Image, [columns, rows]: [[usize; 2]; 2]) -> f64
         }
     }
     sum
+}
+
+/// The sum of the squared differences of two pictures; `None` where they are not the camera's own.
+fn whole_change(image: &Image, other: &Image, camera: &Camera) -> Option<f64> {
+    let [width, height] = [camera.width as usize, camera.height as usize];
+    let is_own = [image.width, image.height] == [width, height];
+    is_own.then(|| change(image, other, [[0, width], [0, height]]))
 }
 
 /// The largest difference of two pictures of one size.

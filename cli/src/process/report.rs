@@ -116,6 +116,8 @@ pub struct Cost {
     pub growing: f64,
     /// Work that every window costs, in the same unit.
     pub fixed: f64,
+    /// Sub-pixels along a pixel's side of the field of a volume; 0 elsewhere.
+    pub subpixels: u32,
 }
 
 thread_local! {

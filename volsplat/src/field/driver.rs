@@ -188,6 +188,7 @@ impl FieldPipeline {
     ) -> Result<TileLayout, Error> {
         let subpixels = self.subpixels(camera);
         let (fine, subpixels) = refined(&camera.in_unit(self.length), subpixels);
+        stats.subpixels = u64::from(subpixels);
         let view = self.view(&fine);
         let settings = self.settings(&view, &fine);
         let uniform = if settings.is_plain() {

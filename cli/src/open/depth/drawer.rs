@@ -123,6 +123,7 @@ fn account(stats: &[FrameStats]) -> Result<Account> {
         cpu_ms: sum(|stats| stats.cpu_ms),
         growing: sum(|stats| stats.seen as f64 + EDGE_PIXEL * stats.edge_pixels as f64),
         fixed: sum(|stats| SAMPLE * stats.samples as f64),
+        subpixels: 0,
     };
     Ok(Account { keys, line, cost })
 }

@@ -348,6 +348,7 @@ fn cost(stats: &FrameStats) -> Cost {
         cpu_ms: stats.cpu_ms,
         growing: stats.pixels_touched as f64,
         fixed: TRIANGLE * stats.triangles as f64,
+        subpixels: 0,
     }
 }
 

@@ -196,6 +196,7 @@ fn cost(stats: &FrameStats) -> Cost {
         cpu_ms: stats.cpu_ms,
         growing: stats.pixels_touched as f64,
         fixed: BRICK * stats.bricks as f64,
+        subpixels: stats.subpixels as u32,
     }
 }
 

@@ -1,21 +1,19 @@
 //! A list of samples, a vector at a time: the field, the transfer function, light.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x8, f32x16, i32x16, u32x16};
+use fearless_simd::{f32x4, f32x16, i32x16, u32x16};
 use resample_core::composite::{DepthRule, opacity};
 
 use super::interpolate::interpolate;
 use super::one_by_one;
-use crate::bricks::cells::{CELL_CORNERS, TABLE_LEN, VERTEX_SIDE};
+use super::scan::vertices;
+use crate::bricks::cells::{CELL_CORNERS, LAST_CELL, TABLE_LEN, VERTEX_SIDE};
 use crate::bricks::gradients::{DifferenceTable, GradientTable, Gradients};
 use crate::field::setup::from_differences::FromDifferences;
 use crate::field::setup::tile_context::Job;
 use crate::field::walk::samples::{
-    BetweenSteps, LANES, Numbers, PIXEL_SHIFT, PackedSamples, ShownSamples, vertex,
+    BetweenSteps, CELL_MASK, LANES, Numbers, PIXEL_SHIFT, PackedSamples, ShownSamples, vertex,
 };
-
-/// Samples that are lit together.
-const EIGHT: usize = 8;
 
 /// Finds what shows something, and its opacity.
 #[inline(always)]
@@ -105,18 +103,13 @@ pub(crate) fn light<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples) {
             of_differences(simd, (table, from), shown, &mut samples.between);
         }
     }
-    let BetweenSteps { gradient, ray, .. } = &mut samples.between;
-    let places = &shown.place[..shown.count];
-    for (ray, rays) in ray.iter_mut().zip(&job.view.ray_in_world) {
-        let rays = rays.as_flattened();
-        for (part, place) in ray.iter_mut().zip(places) {
-            one_by_one();
-            *part = rays[(place >> PIXEL_SHIFT) as usize % (LANES * LANES)];
-        }
+    if shade.has_highlight() {
+        look_up_rays(job, shown, &mut samples.between.ray);
     }
-    for first in (0..shown.count).step_by(EIGHT) {
-        let range = first..first + EIGHT;
-        let load = |numbers: &Numbers| f32x8::from_slice(simd, &numbers[range.clone()]);
+    let BetweenSteps { gradient, ray, .. } = &samples.between;
+    for first in (0..shown.count).step_by(LANES) {
+        let range = first..first + LANES;
+        let load = |numbers: &Numbers| f32x16::from_slice(simd, &numbers[range.clone()]);
         let lit = shade.light(
             simd,
             [load(&gradient[0]), load(&gradient[1]), load(&gradient[2])],
@@ -125,6 +118,20 @@ pub(crate) fn light<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples) {
         lit.body.store_slice(&mut shown.body[range.clone()]);
         lit.highlight
             .store_slice(&mut shown.highlight[range.clone()]);
+    }
+}
+
+/// The rays of samples that show something: their three parts in one pass.
+#[inline(always)]
+fn look_up_rays(job: &Job, shown: &ShownSamples, ray: &mut [Numbers; 3]) {
+    let [x, y, z] = &job.view.ray_in_world;
+    let (x, y, z) = (x.as_flattened(), y.as_flattened(), z.as_flattened());
+    for (k, &place) in shown.place[..shown.count].iter().enumerate() {
+        one_by_one();
+        let pixel = (place >> PIXEL_SHIFT) as usize % (LANES * LANES);
+        ray[0][k] = x[pixel];
+        ray[1][k] = y[pixel];
+        ray[2][k] = z[pixel];
     }
 }
 
@@ -153,12 +160,18 @@ fn of_differences<S: Simd>(
 ) {
     let BetweenSteps {
         gradient,
+        vertex,
         differences,
         ..
     } = between;
-    for (k, &place) in shown.place[..shown.count].iter().enumerate() {
+    for first in (0..shown.count).step_by(LANES) {
+        let range = first..first + LANES;
+        let place = u32x16::from_slice(simd, &shown.place[range.clone()]);
+        vertices(simd, place & u32x16::splat(simd, CELL_MASK)).store_slice(&mut vertex[range]);
+    }
+    for (k, &place) in vertex[..shown.count].iter().enumerate() {
         one_by_one();
-        let place = vertex(place);
+        let place = (place as usize).min(LAST_CELL);
         for edge in 0..4 {
             let at = place + CELL_CORNERS[2 * edge];
             differences[edge][k] = [table[at], table[at + 1]];

@@ -237,7 +237,7 @@ impl<S: Simd> Scan<'_, S> {
 
 /// The places of cells' first vertices.
 #[inline(always)]
-fn vertices<S: Simd>(simd: S, cell: u32x16<S>) -> u32x16<S> {
+pub(crate) fn vertices<S: Simd>(simd: S, cell: u32x16<S>) -> u32x16<S> {
     let constant = |v: u32| u32x16::splat(simd, v);
     let rows = (cell >> 3) & constant(CELL_SIDE as u32 - 1);
     let layers = cell >> 6;

@@ -15,7 +15,7 @@ pub(crate) fn lit<S: Simd>(
     job: &Job,
     located: &Located<S>,
     weight: f32x8<S>,
-) -> Option<Lit<S>> {
+) -> Option<Lit<f32x8<S>>> {
     let (shade, gradients) = (
         job.settings.sheets.shade.as_ref()?,
         job.placed.brick.gradients.as_ref()?,

@@ -38,6 +38,8 @@ pub(crate) struct BetweenSteps {
     pub(crate) faces: [[u32; ROOM]; 2],
     /// The scalars at the corners of the cells.
     pub(crate) corners: [Numbers; 8],
+    /// The places in the tables of the first vertices of the cells of samples that show something.
+    pub(crate) vertex: [u32; ROOM],
     /// The differences of bytes at both ends of the four edges along x of the cells of samples that show something.
     pub(crate) differences: [[[u32; 2]; ROOM]; 4],
     /// Places in the transfer function's table, extinctions there, and opacity units of a slab.
@@ -100,6 +102,7 @@ impl Default for PackedSamples {
             between: BetweenSteps {
                 faces: [[0; ROOM]; 2],
                 corners: [zero; 8],
+                vertex: [0; ROOM],
                 differences: [[[0; 2]; ROOM]; 4],
                 entry: [0; ROOM],
                 strength: zero,

@@ -299,7 +299,7 @@ fn light<S: Simd>(
     shown: &Shown<S>,
     share: f32x8<S>,
     list: &SegmentList,
-) -> Option<Lit<S>> {
+) -> Option<Lit<f32x8<S>>> {
     let (shade, gradients) = (
         job.settings.sheets.shade.as_ref()?,
         job.placed.brick.gradients.as_ref()?,
