@@ -9,7 +9,7 @@ use volsplat::Subpixels;
 
 use super::candidate::Candidate;
 use super::ladder::{Ladder, Rung};
-use super::pilot::{Pilot, Scene, View, preview_camera};
+use super::pilot::{Pilot, PlannedScene, View, preview_camera};
 use super::windows::Cells;
 use crate::measure::Rendered;
 use crate::open::setting::{Choices, Setting, VolumeChoice};
@@ -40,7 +40,7 @@ impl Pilot {
     /// The cells of a picture by its contrast under the default, and by the change to more rays.
     pub(super) fn compared(
         &mut self,
-        scene: &mut Scene,
+        scene: &mut PlannedScene,
         ladder: &Ladder,
         cells: &Cells,
     ) -> Result<Cells> {
@@ -52,7 +52,7 @@ impl Pilot {
     /// The cells of a picture by their largest change from the default to a dearer setting, of all of its pixels.
     pub(super) fn ranked(
         &mut self,
-        scene: &mut Scene,
+        scene: &mut PlannedScene,
         ladder: &Ladder,
         cells: &Cells,
     ) -> Result<Cells> {
@@ -68,7 +68,7 @@ impl Pilot {
     /// twice the slab.
     pub(super) fn recompare(
         &mut self,
-        scene: &mut Scene,
+        scene: &mut PlannedScene,
         ladder: &Ladder,
         rung: &Rung,
     ) -> Result<Vec<Image>> {
@@ -88,7 +88,7 @@ impl Pilot {
     /// is narrow, as rays do. That change is many times the error of the setting, so that it bounds no error.
     pub(super) fn recompare_steps(
         &mut self,
-        scene: &mut Scene,
+        scene: &mut PlannedScene,
         ladder: &Ladder,
         rung: &Rung,
         long: &[Image],
@@ -108,7 +108,7 @@ impl Pilot {
     /// them. Where sub-pixels are typed, the setting and the next one of twice its work.
     fn crossed(
         &mut self,
-        scene: &mut Scene,
+        scene: &mut PlannedScene,
         ladder: &Ladder,
         rung: &Rung,
         camera: &Camera,
@@ -130,7 +130,7 @@ impl Pilot {
     /// A picture under a setting.
     fn under(
         &mut self,
-        scene: &mut Scene,
+        scene: &mut PlannedScene,
         ladder: &Ladder,
         rung: &Rung,
         camera: &Camera,
@@ -160,7 +160,7 @@ struct Rays {
 
 impl Rays {
     /// Those of a picture under a setting; `None` where it is not of the field.
-    fn of(scene: &Scene, rung: &Rung, seen: &Rendered) -> Result<Option<Self>> {
+    fn of(scene: &PlannedScene, rung: &Rung, seen: &Rendered) -> Result<Option<Self>> {
         let Setting::Volume(own) = scene.typed.with(&rung.choices)? else {
             return Ok(None);
         };
@@ -177,7 +177,7 @@ impl Rays {
     }
 
     /// A setting with twice the slab, as far as that is not typed; `None` where sub-pixels are, or samples are drawn.
-    fn with_long_steps(scene: &Scene, rung: &Rung) -> Result<Option<Rung>> {
+    fn with_long_steps(scene: &PlannedScene, rung: &Rung) -> Result<Option<Rung>> {
         let (Setting::Volume(typed), Setting::Volume(own)) =
             (&scene.typed, scene.typed.with(&rung.choices)?)
         else {
@@ -194,7 +194,7 @@ impl Rays {
     }
 
     /// The setting with as long steps and twice the sub-pixels along each side.
-    fn doubled(&self, scene: &Scene) -> Result<Rung> {
+    fn doubled(&self, scene: &PlannedScene) -> Result<Rung> {
         let subpixels = (2 * self.subpixels).min(MOST_SUBPIXELS);
         let choices = Choices::of([
             VolumeChoice::Slab(self.slab_voxels),

@@ -1,7 +1,7 @@
 //! How much is looked at: pictures, previews, and what decides where windows stand.
 
 use super::estimate::MOST_VIEWS;
-use super::pilot::{Effort, Scene, Steps, side_px};
+use super::pilot::{Effort, PlannedScene, Steps, side_px};
 use super::windows::pixels;
 use crate::open::setting::Setting;
 use crate::values::{Bound, BoundMetric};
@@ -28,7 +28,7 @@ const PREVIEWS: usize = 16;
 const TIMED_VIEWS: usize = 3;
 
 /// The effort for a bound; `None` where a look costs more than it can save.
-pub(super) fn effort(scene: &Scene, asked: Asked) -> Option<Effort> {
+pub(super) fn effort(scene: &PlannedScene, asked: Asked) -> Option<Effort> {
     let pictures = scene.cameras.len();
     let views = match asked {
         Asked::Error(_) if pictures > 1 => (pictures / 4).clamp(2, MOST_VIEWS),
@@ -57,7 +57,7 @@ pub(super) fn effort(scene: &Scene, asked: Asked) -> Option<Effort> {
 }
 
 /// Returns true if a look might be worth its cost, as far as sizes show.
-fn may_pay(scene: &Scene, views: usize) -> bool {
+fn may_pay(scene: &PlannedScene, views: usize) -> bool {
     let cameras = &scene.cameras;
     let picture = cameras.iter().map(pixels).fold(0.0, f64::max);
     let least = (DRAWS as f64 * f64::from(side_px(scene)).powi(2)).min(picture);

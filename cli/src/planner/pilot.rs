@@ -12,14 +12,14 @@ use resample_core::{Camera, Image};
 use super::candidate::{Candidate, DrawnPart, Work};
 use super::estimate::{ViewErrors, WindowError};
 use super::ladder::{Ladder, Rung};
-use super::windows::{Cells, Window, pixels};
+use super::windows::{Cells, TrialWindow, pixels};
 use crate::measure;
 use crate::measure::Rendered;
 use crate::open::setting::{Choices, Setting};
 use crate::open::{Opened, Parts};
 
 /// A scene, its pictures, and the setting that was typed.
-pub(super) struct Scene<'a> {
+pub(super) struct PlannedScene<'a> {
     pub(super) opened: &'a mut Opened,
     /// At least one.
     pub(super) cameras: Vec<Camera>,
@@ -44,7 +44,7 @@ pub(super) struct Pilot {
 /// One of the pictures that are looked at.
 pub(super) struct View {
     pub(super) cells: Cells,
-    pub(super) windows: Vec<Window>,
+    pub(super) windows: Vec<TrialWindow>,
     /// The windows under the exact setting.
     exact: Vec<Image>,
 }
@@ -92,7 +92,7 @@ const NEAR_SHARE: usize = 8;
 /// Predicted times are those of the windows and this part more: they fell short by as much on scans and models.
 const TIME_MARGIN: f64 = 1.2;
 
-impl Scene<'_> {
+impl PlannedScene<'_> {
     /// Draws with a setting beyond the typed one from now on.
     pub(super) fn set(&mut self, rung: &Rung) -> Result<()> {
         self.opened.set(&self.typed.with(&rung.choices)?)
@@ -100,7 +100,7 @@ impl Scene<'_> {
 }
 
 /// The side of a window, px.
-pub(super) fn side_px(scene: &Scene) -> u32 {
+pub(super) fn side_px(scene: &PlannedScene) -> u32 {
     match scene.opened.parts() {
         Parts::Windows { side_px, .. } => side_px,
         Parts::Whole => u32::MAX,
@@ -144,7 +144,7 @@ fn places(len: usize, count: usize) -> Vec<usize> {
 impl Pilot {
     /// Looks at small previews, and chooses the pictures with windows: evenly spaced, and the one with the most contrast for
     /// each covered pixel, because a thing that is seen from its narrow side has the largest error.
-    pub(super) fn new(scene: &mut Scene, ladder: &Ladder, effort: &Effort) -> Result<Self> {
+    pub(super) fn new(scene: &mut PlannedScene, ladder: &Ladder, effort: &Effort) -> Result<Self> {
         let cameras = scene.cameras.clone();
         let guard_px = match scene.opened.parts() {
             Parts::Windows { guard_px, .. } => guard_px,
@@ -197,7 +197,7 @@ impl Pilot {
     /// The search starts at evenly spaced pictures and goes on at both sides of the best, at half the distance each time.
     fn most_contrast(
         &mut self,
-        scene: &mut Scene,
+        scene: &mut PlannedScene,
         previews: &mut Previews,
         count: usize,
     ) -> Result<Vec<usize>> {
@@ -227,7 +227,12 @@ impl Pilot {
         Ok(peaks)
     }
 
-    fn preview(&mut self, scene: &mut Scene, previews: &mut Previews, place: usize) -> Result<()> {
+    fn preview(
+        &mut self,
+        scene: &mut PlannedScene,
+        previews: &mut Previews,
+        place: usize,
+    ) -> Result<()> {
         if previews.seen.contains_key(&place) {
             return Ok(());
         }
@@ -246,7 +251,7 @@ impl Pilot {
     /// Draws, and counts the time and the work of it.
     pub(super) fn drawn(
         &mut self,
-        scene: &mut Scene,
+        scene: &mut PlannedScene,
         candidate: &Candidate,
         camera: &Camera,
     ) -> Result<(Rendered, Work)> {
@@ -278,7 +283,11 @@ impl Pilot {
     }
 
     /// Draws the windows that a candidate has not been drawn in; those of the first one are what others are compared with.
-    pub(super) fn measure(&mut self, scene: &mut Scene, candidate: &mut Candidate) -> Result<()> {
+    pub(super) fn measure(
+        &mut self,
+        scene: &mut PlannedScene,
+        candidate: &mut Candidate,
+    ) -> Result<()> {
         scene.set(&candidate.rung)?;
         candidate.parts.resize_with(self.views.len(), Vec::new);
         for v in 0..self.views.len() {
@@ -300,7 +309,7 @@ impl Pilot {
     /// The time that a candidate takes to draw next to nothing.
     pub(super) fn measure_fixed(
         &mut self,
-        scene: &mut Scene,
+        scene: &mut PlannedScene,
         candidate: &mut Candidate,
     ) -> Result<()> {
         if let Some(window) = self.views.first().and_then(|view| view.windows.first()) {
@@ -316,7 +325,7 @@ impl Pilot {
     }
 
     /// Elapsed time of one whole picture, ms: of the one with the most contrast in all.
-    pub(super) fn whole_ms(&self, scene: &mut Scene, choices: &Choices) -> Result<f64> {
+    pub(super) fn whole_ms(&self, scene: &mut PlannedScene, choices: &Choices) -> Result<f64> {
         scene.opened.set(&scene.typed.with(choices)?)?;
         let most = |cells: &Cells| cells.contrast * cells.covered_px;
         let views = self.views.iter().map(|view| &view.cells);

@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::effort::Asked;
 use super::explain::Account;
 use super::ladder::Ladder;
-use super::pilot::Scene;
+use super::pilot::PlannedScene;
 use super::search;
 use crate::args::words::typed;
 use crate::args::words::typed::Typed;
@@ -45,7 +45,7 @@ pub fn planned(drawing: &Drawing, typed: &Typed, verbosity: Verbosity) -> Result
     };
     let ladder = Ladder::of(&setting, allowed)?;
     let mut opened = Opened::read(drawing.clone(), Purpose::Compare, verbosity)?;
-    let mut scene = Scene {
+    let mut scene = PlannedScene {
         cameras: opened.cameras().to_vec(),
         opened: &mut opened,
         typed: setting,
@@ -82,7 +82,7 @@ pub(crate) fn keeping(
     bound: Bound,
 ) -> Result<Setting> {
     let ladder = Ladder::of(&typed, Some(bound.value))?;
-    let mut scene = Scene {
+    let mut scene = PlannedScene {
         opened,
         cameras: vec![camera],
         typed,

@@ -6,7 +6,7 @@ use super::candidate::Candidate;
 use super::effort::{Asked, DRAWS, SHARE_OF_EXACT, effort};
 use super::estimate::{predicted, seen};
 use super::ladder::{Ladder, Rung};
-use super::pilot::{Pilot, Scene, side_px};
+use super::pilot::{Pilot, PlannedScene, side_px};
 use crate::open::setting::{Choices, Setting};
 use crate::values::BoundMetric;
 
@@ -96,7 +96,7 @@ enum Verdict {
 
 pub(super) struct Search<'a, 'b> {
     asked: Asked,
-    pub(super) scene: &'a mut Scene<'b>,
+    pub(super) scene: &'a mut PlannedScene<'b>,
     pub(super) ladder: &'a Ladder,
     pub(super) pilot: Pilot,
     pub(super) default: Candidate,
@@ -107,7 +107,7 @@ pub(super) struct Search<'a, 'b> {
 }
 
 /// Looks for the cheapest setting that keeps an error, or for the most exact one that keeps a time.
-pub(super) fn found(scene: &mut Scene, ladder: &Ladder, asked: Asked) -> Result<Found> {
+pub(super) fn found(scene: &mut PlannedScene, ladder: &Ladder, asked: Asked) -> Result<Found> {
     let Some(effort) = effort(scene, asked) else {
         return Ok(Found {
             pilot: None,

@@ -30,7 +30,7 @@ pub(super) struct Cells {
 
 /// A part of a picture.
 #[derive(Clone, Debug)]
-pub(super) struct Window {
+pub(super) struct TrialWindow {
     pub(super) camera: Camera,
     /// The left upper pixel of its cell.
     pub(super) at: [u32; 2],
@@ -173,10 +173,10 @@ impl Cells {
     }
 
     /// The window of a draw; `None` where nothing is shown.
-    pub(super) fn window(&self, draw: usize) -> Option<Window> {
+    pub(super) fn window(&self, draw: usize) -> Option<TrialWindow> {
         if !self.ranks.is_empty() {
             let &(change, place) = self.ranks.get(draw)?;
-            return Some(Window {
+            return Some(TrialWindow {
                 camera: part(&self.camera, self.list[place].0, self.side_px),
                 at: self.list[place].0,
                 chance: 1.0 / self.list.len() as f64,
@@ -189,7 +189,7 @@ impl Cells {
         let place = self.list.partition_point(|(_, passed)| *passed <= target);
         let (at, passed) = self.list[place.min(self.list.len() - 1)];
         let before = place.checked_sub(1).map_or(0.0, |k| self.list[k].1);
-        Some(Window {
+        Some(TrialWindow {
             camera: part(&self.camera, at, self.side_px),
             at,
             chance: (passed - before) / total,
@@ -323,7 +323,7 @@ mod tests {
         let cells = Cells::new(&camera(2), &picture(), None, 32);
         assert_eq!(cells.len(), 9, "the right half, and cells beside it");
         assert_eq!(cells.covered_px, 4.0 * 1536.0);
-        let windows: Vec<Window> = (0..16).filter_map(|draw| cells.window(draw)).collect();
+        let windows: Vec<TrialWindow> = (0..16).filter_map(|draw| cells.window(draw)).collect();
         let above = windows
             .iter()
             .filter(|window| window.camera.cy > 47.0)
@@ -353,7 +353,8 @@ mod tests {
             let cells = Cells::new(&camera(1), &preview, steps, 8);
             let windows = (0..16).filter_map(|draw| cells.window(draw));
             let part = camera(1);
-            let there = |w: &Window| w.camera.cx == part.cx - 48.0 && w.camera.cy == part.cy - 40.0;
+            let there =
+                |w: &TrialWindow| w.camera.cx == part.cx - 48.0 && w.camera.cy == part.cy - 40.0;
             windows.filter(there).count()
         };
         assert!(drawn(None) <= 1, "contrast does not show it");

@@ -32,7 +32,7 @@ use crate::process::report::Verbosity;
 use crate::process::{interrupt, report};
 use crate::threads;
 use crate::values::source::Held;
-use crate::view::opened_scene::Subject;
+use crate::view::opened_scene::OpenedScene;
 use crate::view::options_text::Words;
 use crate::view::render_thread::Studio;
 use crate::view::serve::server::Server;
@@ -57,7 +57,7 @@ pub(crate) fn run(args: ViewArgs, verbosity: Verbosity) -> Result<()> {
         open_browser(&address);
     }
     interrupt::watch()?;
-    let subject = Subject::open(words, verbosity)?;
+    let subject = OpenedScene::open(words, verbosity)?;
     let _patience = interrupt::patience();
     Studio::new(subject, mailbox, Box::new(interrupt::asked)).run();
     Ok(())
@@ -77,7 +77,7 @@ impl Viewer {
         check_bind(&words.serve)?;
         let server = Server::bind(&words.serve)?;
         let address = server.address();
-        let subject = Subject::open(words, Verbosity::Quiet)?;
+        let subject = OpenedScene::open(words, Verbosity::Quiet)?;
         let mailbox = server.start()?;
         let is_over = Arc::new(AtomicBool::new(false));
         let own = is_over.clone();

@@ -30,7 +30,7 @@ use crate::{picture, planner, values};
 const MAX_PIXELS: u64 = 3840 * 2160;
 
 /// A scene that is looked at.
-pub(crate) struct Subject {
+pub(crate) struct OpenedScene {
     words: Words,
     opened: Opened,
     /// Holds the transfer function of the page, which is read from there like any other.
@@ -56,7 +56,7 @@ struct Ready {
     planned_for: Option<Camera>,
 }
 
-impl Subject {
+impl OpenedScene {
     /// Reads the files.
     pub(crate) fn open(words: Words, verbosity: Verbosity) -> Result<Self> {
         let drawing = words.first_drawing()?;

@@ -19,7 +19,7 @@ use super::sender::Sender;
 use super::{encode, save};
 use crate::picture::bands;
 use crate::picture::bands::{Next, Pace, Window};
-use crate::view::opened_scene::Subject;
+use crate::view::opened_scene::OpenedScene;
 
 /// Time after which the end is looked for.
 const IDLE: Duration = Duration::from_millis(200);
@@ -41,7 +41,7 @@ const THUMBNAIL_PX: u32 = 96;
 
 /// Draws what the page asks for.
 pub(crate) struct Studio {
-    subject: Subject,
+    subject: OpenedScene,
     mailbox: Mailbox,
     page: Option<Sender>,
     ladder: Ladder,
@@ -61,7 +61,7 @@ pub(crate) struct Studio {
 pub(crate) type IsOver = Box<dyn Fn() -> bool + Send>;
 
 impl Studio {
-    pub(crate) fn new(subject: Subject, mailbox: Mailbox, is_over: IsOver) -> Self {
+    pub(crate) fn new(subject: OpenedScene, mailbox: Mailbox, is_over: IsOver) -> Self {
         Self {
             subject,
             mailbox,

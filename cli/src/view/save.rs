@@ -13,7 +13,7 @@ use crate::cameras::viewpoint::Viewpoint;
 use crate::output;
 use crate::output::Format;
 use crate::values::Size;
-use crate::view::opened_scene::Subject;
+use crate::view::opened_scene::OpenedScene;
 use crate::view::options_text::Files;
 
 /// Most pictures of a turntable.
@@ -26,7 +26,7 @@ const LABELS: &str = "labels.json";
 const PICTURE: &str = "view.png";
 
 /// The commands that draw a view: they bring the camera and the transfer function along, and read the same file.
-pub(crate) fn command(subject: &Subject, view: &View) -> Result<String> {
+pub(crate) fn command(subject: &OpenedScene, view: &View) -> Result<String> {
     let (_, camera) = subject.camera(view)?;
     let mut text = format!("cat > {CAMERA} <<'END'\n{camera}\nEND\n");
     let mut brought = |name: &str, content: &Option<Value>| {
@@ -65,7 +65,7 @@ pub(crate) enum Saving {
 
 /// Writes a file, or begins to where pictures have to be drawn for it. `shown` is the PNG of a view that is shown at rest.
 pub(crate) fn save(
-    subject: &Subject,
+    subject: &OpenedScene,
     (what, name): (Saved, &str),
     (view, detail): (&View, &Value),
     shown: Option<&(View, Vec<u8>)>,
@@ -119,7 +119,7 @@ fn free(name: &str) -> Result<PathBuf> {
 }
 
 fn picture(
-    subject: &Subject,
+    subject: &OpenedScene,
     path: PathBuf,
     view: &View,
     shown: Option<&(View, Vec<u8>)>,
@@ -140,7 +140,7 @@ enum Cameras {
 }
 
 /// The text of a camera file for cameras of the page.
-fn cameras(subject: &Subject, view: &View, list: &Value) -> Result<String> {
+fn cameras(subject: &OpenedScene, view: &View, list: &Value) -> Result<String> {
     let list = list.as_array().map(Vec::as_slice).unwrap_or_default();
     if !(1..=MOST_STEPS).contains(&list.len()) {
         bail!("expected 1 to {MOST_STEPS} pictures");
@@ -150,7 +150,7 @@ fn cameras(subject: &Subject, view: &View, list: &Value) -> Result<String> {
 }
 
 /// A file of keys for those of the page.
-fn keys(subject: &Subject, view: &View, file: &Value) -> Result<Value> {
+fn keys(subject: &OpenedScene, view: &View, file: &Value) -> Result<Value> {
     let list = file["keys"]
         .as_array()
         .map(Vec::as_slice)
@@ -164,7 +164,7 @@ fn keys(subject: &Subject, view: &View, file: &Value) -> Result<Value> {
 }
 
 /// A camera of the page as a camera file has it.
-fn camera(subject: &Subject, view: &View, camera: &Value) -> Result<String> {
+fn camera(subject: &OpenedScene, view: &View, camera: &Value) -> Result<String> {
     let view = View {
         camera: camera.clone(),
         ..view.clone()
@@ -173,7 +173,7 @@ fn camera(subject: &Subject, view: &View, camera: &Value) -> Result<String> {
 }
 
 /// Begins the command that draws a view from other cameras.
-fn begin(subject: &Subject, path: PathBuf, view: &View, cameras: &Cameras) -> Result<Saving> {
+fn begin(subject: &OpenedScene, path: PathBuf, view: &View, cameras: &Cameras) -> Result<Saving> {
     let (Cameras::List(text) | Cameras::Path(text)) = cameras;
     let mut drawing = subject.whole(view)?;
     let named = Some(subject.own_file("cameras.json", text)?);

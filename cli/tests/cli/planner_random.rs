@@ -16,6 +16,9 @@ const SEED: u64 = 7;
 const FIRST: u64 = 20;
 const FRAMES: u64 = 8;
 
+/// Seed and number of pictures that earlier planners drew over their bound, of 3400: errors in few pixels, which windows missed.
+const FOUND: [(u64, u64); 2] = [(11, 115), (107, 61)];
+
 /// Every so many scenes one is a sequence, of so many pictures.
 const SEQUENCE_EACH: u64 = 10;
 const PICTURES: u32 = 5;
@@ -97,7 +100,10 @@ fn random_volumes_keep_their_bound() {
     let start = number("RESAMPLE_PLANNER_FIRST", FIRST);
     let bench = Bench::new();
     let (mut over, mut cheaper) = (Vec::new(), 0);
-    for frame in start..start + frames {
+    let is_suite = env::var("RESAMPLE_PLANNER_FRAMES").is_err();
+    let found = FOUND.into_iter().filter(|_| is_suite);
+    let random = (start..start + frames).map(|frame| (seed, frame));
+    for (seed, frame) in random.chain(found) {
         let words = scene(
             &bench,
             &mut Random(seed.wrapping_mul(1 << 20) + frame),
@@ -114,7 +120,7 @@ fn random_volumes_keep_their_bound() {
             println!("over: {frame}: {line}");
             over.push(line);
         }
-        if frame % 50 == 49 {
+        if !is_suite && frame % 50 == 49 {
             println!("{} of {} over", over.len(), frame + 1 - start);
         }
     }

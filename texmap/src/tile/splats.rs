@@ -16,7 +16,7 @@ use crate::tile::batch_light::{BatchBuffers, shade_batch};
 use crate::tile::points::DirectPixels;
 use crate::tile::task::Tile;
 use crate::tile::visible::Visible;
-use crate::visibility::Layer;
+use crate::visibility::TranslucentLayer;
 use crate::visibility::by_triangle::{ByTriangle, Run};
 use crate::visibility::edges::Edges;
 use crate::visibility::filter::PixelFilter;
@@ -136,14 +136,15 @@ fn lay_layers<S: Simd>(
     } = colours;
     let per_pixel = tile.frame.filter.per_pixel;
     let mut count = 0;
-    let mut rest: &[Layer] = &visible.subpixels.layers;
+    let mut rest: &[TranslucentLayer] = &visible.subpixels.layers;
     // Layers of a row of pixels are few enough to be kept.
     for (y, wanted) in wanted.chunks_exact(SPAN_WIDTH).enumerate() {
         by_triangle.clear();
         layers.clear();
         for row in y * per_pixel..(y + 1) * per_pixel {
             let first = row * SPAN_WIDTH;
-            let is_beyond = |layer: &Layer| layer.subpixel as usize >= first + SPAN_WIDTH;
+            let is_beyond =
+                |layer: &TranslucentLayer| layer.subpixel as usize >= first + SPAN_WIDTH;
             let of_row = rest.iter().position(is_beyond).unwrap_or(rest.len());
             layers.add_row(first, &rest[..of_row]);
             rest = &rest[of_row..];
@@ -301,7 +302,7 @@ impl Layers {
     }
 
     /// Adds the layers of the row whose first sub-pixel is `first`, sorted by sub-pixel, the farthest first.
-    fn add_row(&mut self, first: usize, layers: &[Layer]) {
+    fn add_row(&mut self, first: usize, layers: &[TranslucentLayer]) {
         let start = self.rows.len();
         for layers in layers.chunk_by(|a, b| a.subpixel == b.subpixel) {
             for (rank, layer) in layers.iter().enumerate() {

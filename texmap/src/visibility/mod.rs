@@ -41,12 +41,12 @@ pub(crate) struct Visibility {
     /// The triangle that is all that is seen, if there is one; keys are not set then.
     pub(crate) alone: Option<u32>,
     /// Translucent triangles: sub-pixel, depth key, place in the tile's list.
-    pub(crate) layers: Vec<Layer>,
+    pub(crate) layers: Vec<TranslucentLayer>,
 }
 
 /// A translucent triangle at one sub-pixel.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Layer {
+pub(crate) struct TranslucentLayer {
     pub(crate) subpixel: u32,
     pub(crate) key: f32,
     pub(crate) id: u32,
@@ -270,7 +270,7 @@ fn list_rows<S: Simd>(
             while bits != 0 {
                 let lane = bits.trailing_zeros() as usize;
                 bits &= bits - 1;
-                layers.push(Layer {
+                layers.push(TranslucentLayer {
                     subpixel: (at + lane) as u32,
                     key: key[lane],
                     id,

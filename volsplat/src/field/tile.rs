@@ -5,7 +5,7 @@ use resample_core::dispatch;
 
 use crate::field::setup::iso_rays::AnchoredRays;
 use crate::field::setup::settings::{FieldSettings, Rule};
-use crate::field::setup::tile_context::{Job, PlacedBrick};
+use crate::field::setup::tile_context::{PlacedBrick, TileContext};
 use crate::field::walk::constant_walk::add_uniform;
 use crate::field::walk::gather::{GatherScratch, Window, add_brick};
 use crate::field::walk::mixed::Mixed;
@@ -65,7 +65,7 @@ fn advance_while_open<'a>(
         if !is_useful(placed, &window, scratch) {
             continue;
         }
-        let job = Job {
+        let job = TileContext {
             settings,
             view,
             placed,
@@ -97,7 +97,11 @@ pub(crate) fn end_tile(settings: &FieldSettings, scratch: &mut GatherScratch) {
 }
 
 /// One kernel for each rule: what a rule needs would spill the registers of those that do without.
-fn add_brick_by_rule(job: &Job, window: Window, scratch: &mut GatherScratch) -> (usize, bool) {
+fn add_brick_by_rule(
+    job: &TileContext,
+    window: Window,
+    scratch: &mut GatherScratch,
+) -> (usize, bool) {
     macro_rules! add {
         ($rule:ty) => {
             dispatch!(job.settings.sheets.level, simd => add_brick::<_, $rule>(simd, job, window, scratch))

@@ -27,14 +27,14 @@ const TURN_DEG: [f64; 2] = [40.0, 50.0];
 const TURN_STEPS: u32 = 40;
 
 /// A built-in scene whose files lie in a temporary folder.
-struct Scene {
+struct BenchScene {
     name: &'static str,
     drawing: Drawing,
     /// Removed with its files when the table is made.
     _folder: TempDir,
 }
 
-impl Scene {
+impl BenchScene {
     fn volume(name: &'static str, scene: SceneArg, camera: CameraArgs) -> Result<Self> {
         let folder = tempfile::tempdir()?;
         let args = VolsplatArgs {
@@ -115,7 +115,7 @@ pub(super) fn footprint(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<S
             fov,
             ..camera(args, 30.0, 20.0, 0.6)
         };
-        let scene = Scene::volume(name, SceneArg::Blobs, camera)?;
+        let scene = BenchScene::volume(name, SceneArg::Blobs, camera)?;
         let against = Against::Setting(exact.clone());
         text += &scene.table(
             &settings,
@@ -156,7 +156,7 @@ pub(super) fn orders(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Stri
         ("Marschner-Lobb", SceneArg::MarschnerLobb),
         ("blobs", SceneArg::Blobs),
     ] {
-        let scene = Scene::volume(name, scene, camera(args, 45.0, 0.0, 1.0))?;
+        let scene = BenchScene::volume(name, scene, camera(args, 45.0, 0.0, 1.0))?;
         let against = Against::Setting(exact.clone());
         text += &scene.table(
             &settings,
@@ -195,7 +195,7 @@ pub(super) fn texture(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<Str
         camera: camera(args, 20.0, 12.0, 0.35),
         ..built_in::mesh(folder.path())?
     };
-    let scene = Scene {
+    let scene = BenchScene {
         name: "ball on a ground",
         drawing: Drawing::Texmap(Box::new(mesh)),
         _folder: folder,
@@ -229,7 +229,7 @@ pub(super) fn warp(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String
     ];
     let folder = tempfile::tempdir()?;
     let depth = built_in::depth_image(folder.path())?;
-    let scene = Scene {
+    let scene = BenchScene {
         name: "ball before a wall, 320x240",
         drawing: Drawing::Warp3d(Box::new(depth)),
         _folder: folder,

@@ -8,7 +8,7 @@ use clap::Parser;
 use resample_core::metrics::Mask;
 use resample_core::{Camera, Image, metrics};
 
-use super::scenes::{Scene, Truth};
+use super::scenes::{DemoScene, Truth};
 use crate::args::words::typed;
 use crate::args::{Cli, Command, Drawing};
 use crate::commands::built_in;
@@ -22,7 +22,7 @@ use crate::values::Size;
 use crate::{output, planner};
 
 /// A scene that was drawn.
-pub(super) struct Shown {
+pub(super) struct DemoPicture {
     pub(super) title: &'static str,
     pub(super) about: &'static str,
     /// The way of the command line, and the quick one.
@@ -47,7 +47,7 @@ pub(super) struct Way {
 const MEASURED_PX: u32 = 96;
 
 /// Draws and measures a scene.
-pub(super) fn shown(scene: Scene, folder: &Path, size: Size) -> Result<Shown> {
+pub(super) fn shown(scene: DemoScene, folder: &Path, size: Size) -> Result<DemoPicture> {
     let quick: Vec<String> = scene.quick.iter().map(|&word| word.to_owned()).collect();
     let words = [scene.words.clone(), [scene.words.clone(), quick].concat()];
     let size = match scene.truth {
@@ -96,7 +96,7 @@ pub(super) fn shown(scene: Scene, folder: &Path, size: Size) -> Result<Shown> {
         });
     }
     let ways: [Way; 2] = ways.try_into().ok().context("two ways")?;
-    Ok(Shown {
+    Ok(DemoPicture {
         title: scene.title,
         about: scene.about,
         ways,

@@ -2,12 +2,12 @@
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::drawn::{Shown, Way};
+use super::drawn::{DemoPicture, Way};
 
 const STYLE: &str = include_str!("page.css");
 
 /// The page.
-pub(super) fn html(scenes: &[Shown]) -> String {
+pub(super) fn html(scenes: &[DemoPicture]) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -28,7 +28,7 @@ pub(super) fn html(scenes: &[Shown]) -> String {
     page.into_string()
 }
 
-fn section(scene: &Shown) -> Markup {
+fn section(scene: &DemoPicture) -> Markup {
     html! {
         section {
             h2 { (scene.title) }

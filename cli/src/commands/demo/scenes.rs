@@ -11,7 +11,7 @@ use crate::commands::built_in::{DEPTH_IMAGE_FOV_Y_DEG, NEW_EYE};
 use crate::output;
 
 /// A scene, and the command that draws it.
-pub(super) struct Scene {
+pub(super) struct DemoScene {
     /// Name of its picture, without the ending.
     pub(super) name: &'static str,
     pub(super) title: &'static str,
@@ -70,7 +70,7 @@ const BLOBS: Function = Function {
 };
 
 /// Writes all scenes into the folder.
-pub(super) fn all(folder: &Path) -> Result<Vec<Scene>> {
+pub(super) fn all(folder: &Path) -> Result<Vec<DemoScene>> {
     let volume = |scene, function: Option<Function>, orbit: &str| -> Result<Vec<String>> {
         let args = built_in::volume(scene, folder)?;
         if let (Some(function), Some(path)) = (function, &args.transfer.transfer) {
@@ -83,7 +83,7 @@ pub(super) fn all(folder: &Path) -> Result<Vec<Scene>> {
     };
     let one_ray = "one ray a pixel";
     Ok(vec![
-        Scene {
+        DemoScene {
             name: "marschner-lobb",
             title: "Ripples",
             about: "A field that is as fine as its voxels: what is interpolated badly shows as broken rings.",
@@ -92,7 +92,7 @@ pub(super) fn all(folder: &Path) -> Result<Vec<Scene>> {
             quick_title: one_ray,
             truth: Truth::MostExact,
         },
-        Scene {
+        DemoScene {
             name: "blobs",
             title: "Soft matter",
             about: "Translucent matter that hides itself, with nothing sharp but its insides.",
@@ -101,7 +101,7 @@ pub(super) fn all(folder: &Path) -> Result<Vec<Scene>> {
             quick_title: one_ray,
             truth: Truth::MostExact,
         },
-        Scene {
+        DemoScene {
             name: "checker-box",
             title: "A box of opaque cells",
             about: "Edges everywhere: between cells, against the background, and along the rays.",
@@ -115,7 +115,7 @@ pub(super) fn all(folder: &Path) -> Result<Vec<Scene>> {
     ])
 }
 
-fn mesh(folder: &Path) -> Result<Scene> {
+fn mesh(folder: &Path) -> Result<DemoScene> {
     let args = built_in::mesh(folder)?;
     let texture = args.model.texture.unwrap_or_default();
     let words = format!(
@@ -123,7 +123,7 @@ fn mesh(folder: &Path) -> Result<Scene> {
         args.input.path.display(),
         texture.display()
     );
-    Ok(Scene {
+    Ok(DemoScene {
         name: "ball-on-ground",
         title: "A chequered ground",
         about: "Towards the horizon thousands of texels fall into a pixel: look-ups of a few of them make moire.",
@@ -134,14 +134,14 @@ fn mesh(folder: &Path) -> Result<Scene> {
     })
 }
 
-fn depth_image(folder: &Path) -> Result<Scene> {
+fn depth_image(folder: &Path) -> Result<DemoScene> {
     let args = built_in::depth_image(folder)?;
     let shift = NEW_EYE.to_array().map(|x| x.to_string()).join(",");
     let words = format!(
         "warp3d {} {} --from fov:{DEPTH_IMAGE_FOV_Y_DEG} --to shift:{shift}",
         args.colour, args.depth
     );
-    Ok(Scene {
+    Ok(DemoScene {
         name: "ball-before-wall",
         title: "A picture with depth, seen from beside",
         about: "The ball uncovers a part of the wall that no pixel has seen; all else should be whole.",

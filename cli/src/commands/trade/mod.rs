@@ -21,7 +21,7 @@ use std::path::Path;
 use anyhow::{Result, bail};
 
 use self::record::{Report, Row};
-use self::rows::Scene;
+use self::rows::MeasuredScene;
 use crate::args::words::typed::Typed;
 use crate::args::{Drawing, TradeArgs, TradeOptions};
 use crate::commands::built_in;
@@ -56,7 +56,7 @@ pub(crate) fn run(args: TradeArgs, typed: &Typed, verbosity: Verbosity) -> Resul
             (written.input, written.volume, written.transfer.transfer);
     }
     drawing.write_to(&options.out.join("picture.exr"));
-    let scene = Scene {
+    let scene = MeasuredScene {
         drawing,
         start,
         typed,
@@ -115,7 +115,7 @@ fn reference_name(options: &TradeOptions) -> String {
 /// The settings of a scene that are measured.
 struct Measuring<'a> {
     options: &'a TradeOptions,
-    scene: &'a Scene<'a>,
+    scene: &'a MeasuredScene<'a>,
     settings: &'a [ladders::Named],
     verbosity: Verbosity,
 }

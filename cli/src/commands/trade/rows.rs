@@ -22,7 +22,7 @@ use crate::process::report::Verbosity;
 use crate::{measure, output};
 
 /// The measured command.
-pub(super) struct Scene<'a> {
+pub(super) struct MeasuredScene<'a> {
     pub(super) drawing: Drawing,
     /// The name of the command, and the words of a built-in scene.
     pub(super) start: Vec<String>,
@@ -46,7 +46,7 @@ pub(super) struct Beside {
     steps: Vec<Camera>,
 }
 
-impl Scene<'_> {
+impl MeasuredScene<'_> {
     /// The command under a setting, as a person would type it.
     pub(super) fn command(&self, choices: &Choices) -> String {
         typed::line(&self.words_with(choices))
@@ -70,7 +70,7 @@ impl Scene<'_> {
 }
 
 impl Beside {
-    pub(super) fn new(scene: &Scene, options: &TradeOptions) -> Result<Self> {
+    pub(super) fn new(scene: &MeasuredScene, options: &TradeOptions) -> Result<Self> {
         let drawing = scene.drawing.clone();
         let mut default = Opened::read(drawing, Purpose::Compare, Verbosity::Quiet)?;
         let cameras = default.cameras().first().copied();
@@ -110,7 +110,7 @@ impl Beside {
     /// One row of the report, and its pictures; its command is filled in by the caller.
     pub(super) fn measured(
         &mut self,
-        scene: &Scene,
+        scene: &MeasuredScene,
         setting: &Named,
         options: &TradeOptions,
     ) -> Result<Row> {

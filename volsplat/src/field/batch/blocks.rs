@@ -10,7 +10,7 @@ use fearless_simd::{f32x4, f32x16, mask32x16};
 use resample_core::tile::TILE_PX;
 
 use super::rule::PackedRule;
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::cell_sample::CellBox;
 use crate::field::walk::gather::{GatherScratch, POSITION_ERROR, Window};
 use crate::slabs::view::{BLOCK_PX, PlaneView};
@@ -28,7 +28,7 @@ pub(crate) type OpenBlocks = [[u64; BLOCKS]; BLOCKS];
 #[inline(always)]
 pub(crate) fn open_blocks<S: Simd, R: PackedRule>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     window: Window,
     scratch: &GatherScratch,
 ) -> OpenBlocks {

@@ -10,14 +10,14 @@ use super::scan::vertices;
 use crate::bricks::cells::{CELL_CORNERS, LAST_CELL, TABLE_LEN, VERTEX_SIDE};
 use crate::bricks::gradients::{DifferenceTable, GradientTable, Gradients};
 use crate::field::setup::from_differences::FromDifferences;
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::samples::{
     BetweenSteps, CELL_MASK, LANES, Numbers, PIXEL_SHIFT, PackedSamples, ShownSamples, vertex,
 };
 
 /// Finds what shows something, and its opacity.
 #[inline(always)]
-pub(crate) fn classify<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples) {
+pub(crate) fn classify<S: Simd>(simd: S, job: &TileContext, samples: &mut PackedSamples) {
     interpolate(simd, job.placed.brick, samples);
     let settings = job.settings;
     let table = &settings.sheets.table;
@@ -85,7 +85,7 @@ pub(crate) fn classify<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples)
 
 /// Lights the samples that show something.
 #[inline(always)]
-pub(crate) fn light<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples) {
+pub(crate) fn light<S: Simd>(simd: S, job: &TileContext, samples: &mut PackedSamples) {
     let shown = &mut samples.shown;
     let (Some(shade), Some(gradients)) = (
         job.settings.sheets.shade.as_ref(),
@@ -123,7 +123,7 @@ pub(crate) fn light<S: Simd>(simd: S, job: &Job, samples: &mut PackedSamples) {
 
 /// The rays of samples that show something: their three parts in one pass.
 #[inline(always)]
-fn look_up_rays(job: &Job, shown: &ShownSamples, ray: &mut [Numbers; 3]) {
+fn look_up_rays(job: &TileContext, shown: &ShownSamples, ray: &mut [Numbers; 3]) {
     let [x, y, z] = &job.view.ray_in_world;
     let (x, y, z) = (x.as_flattened(), y.as_flattened(), z.as_flattened());
     for (k, &place) in shown.place[..shown.count].iter().enumerate() {

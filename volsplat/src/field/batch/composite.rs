@@ -7,7 +7,7 @@ use resample_core::tile::TILE_PX;
 
 use super::classify::{classify, light};
 use super::rule::PackedRule;
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::gather::GatherScratch;
 use crate::field::walk::samples::PIXEL_SHIFT;
 
@@ -22,13 +22,18 @@ impl<const SHADED: bool> PackedRule for Composite<SHADED> {
 
     /// Opaque pixels take no more samples.
     #[inline(always)]
-    fn open<S: Simd>(simd: S, job: &Job, scratch: &GatherScratch, row: usize) -> mask32x16<S> {
+    fn open<S: Simd>(
+        simd: S,
+        job: &TileContext,
+        scratch: &GatherScratch,
+        row: usize,
+    ) -> mask32x16<S> {
         let left = f32x16::from_slice(simd, &scratch.pixels.transmittance[row]);
         left.simd_ge(f32x16::splat(simd, job.settings.sheets.min_transmittance))
     }
 
     #[inline(always)]
-    fn take<S: Simd>(simd: S, job: &Job, scratch: &mut GatherScratch) {
+    fn take<S: Simd>(simd: S, job: &TileContext, scratch: &mut GatherScratch) {
         classify(simd, job, &mut scratch.samples);
         if SHADED {
             light(simd, job, &mut scratch.samples);
@@ -39,7 +44,7 @@ impl<const SHADED: bool> PackedRule for Composite<SHADED> {
 
 /// Composites what was classified.
 #[inline(always)]
-fn composite<S: Simd, const SHADED: bool>(simd: S, job: &Job, scratch: &mut GatherScratch) {
+fn composite<S: Simd, const SHADED: bool>(simd: S, job: &TileContext, scratch: &mut GatherScratch) {
     let settings = job.settings;
     let least = settings.sheets.min_transmittance;
     let with_depth = settings.sheets.depth == DepthRule::Expected;

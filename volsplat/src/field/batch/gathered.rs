@@ -7,7 +7,7 @@ use resample_core::tile::TILE_PX;
 use super::interpolate::interpolate;
 use super::rule::PackedRule;
 use crate::field::setup::ray_values::Statistic;
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::gather::GatherScratch;
 use crate::field::walk::samples::PIXEL_SHIFT;
 
@@ -18,7 +18,12 @@ impl PackedRule for Statistics {
     const HIDES: bool = false;
 
     #[inline(always)]
-    fn open<S: Simd>(simd: S, job: &Job, scratch: &GatherScratch, row: usize) -> mask32x16<S> {
+    fn open<S: Simd>(
+        simd: S,
+        job: &TileContext,
+        scratch: &GatherScratch,
+        row: usize,
+    ) -> mask32x16<S> {
         let values = f32x16::from_slice(simd, &scratch.rays[0].values[row]);
         // Where the brick cannot exceed what a ray has, the ray has met a sample already.
         let [least, greatest] = job.placed.brick.range;
@@ -30,7 +35,7 @@ impl PackedRule for Statistics {
     }
 
     #[inline(always)]
-    fn take<S: Simd>(simd: S, job: &Job, scratch: &mut GatherScratch) {
+    fn take<S: Simd>(simd: S, job: &TileContext, scratch: &mut GatherScratch) {
         interpolate(simd, job.placed.brick, &mut scratch.samples);
         let samples = &scratch.samples;
         let rays = &mut scratch.rays[0];

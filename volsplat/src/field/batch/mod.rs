@@ -20,7 +20,7 @@ use std::sync::atomic::{Ordering, compiler_fence};
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::gather::{GatherScratch, Window};
 
 pub(crate) use composite::Composite;
@@ -38,7 +38,7 @@ fn one_by_one() {
 #[simd]
 pub(crate) fn add_brick<S: Simd, R: PackedRule>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     window: Window,
     scratch: &mut GatherScratch,
 ) -> (usize, bool) {

@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, mask32x16};
 
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::gather::GatherScratch;
 
 /// A rule for packed samples.
@@ -11,8 +11,13 @@ pub(crate) trait PackedRule {
     const HIDES: bool;
 
     /// The pixels of a row that take samples of the brick. Those that are found later are tested again, one by one.
-    fn open<S: Simd>(simd: S, job: &Job, scratch: &GatherScratch, row: usize) -> mask32x16<S>;
+    fn open<S: Simd>(
+        simd: S,
+        job: &TileContext,
+        scratch: &GatherScratch,
+        row: usize,
+    ) -> mask32x16<S>;
 
     /// Takes the samples of the list in. There are some.
-    fn take<S: Simd>(simd: S, job: &Job, scratch: &mut GatherScratch);
+    fn take<S: Simd>(simd: S, job: &TileContext, scratch: &mut GatherScratch);
 }

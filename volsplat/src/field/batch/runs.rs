@@ -12,7 +12,7 @@ use fearless_simd_macros::simd;
 use resample_core::tile::TILE_PX;
 
 use super::blocks::{BLOCKS, Ends, OpenBlocks, planes_inside};
-use crate::field::setup::tile_context::{Job, PlacedBrick};
+use crate::field::setup::tile_context::{PlacedBrick, TileContext};
 use crate::field::walk::cell_sample::CellBox;
 use crate::field::walk::gather::{REMEMBERED_PLANES, Window};
 use crate::slabs::view::BLOCK_PX;
@@ -29,7 +29,12 @@ pub(crate) fn is_long(placed: &PlacedBrick) -> bool {
 
 /// Lists the runs of planes of a brick that rays of the window may meet, front to back.
 #[simd]
-pub(crate) fn find<S: Simd>(simd: S, job: &Job, window: Window, runs: &mut Vec<Range<u32>>) {
+pub(crate) fn find<S: Simd>(
+    simd: S,
+    job: &TileContext,
+    window: Window,
+    runs: &mut Vec<Range<u32>>,
+) {
     runs.clear();
     let [first, end] = job.placed.planes;
     if !is_long(job.placed) {
@@ -63,7 +68,7 @@ pub(crate) fn find<S: Simd>(simd: S, job: &Job, window: Window, runs: &mut Vec<R
 #[inline(always)]
 fn met<S: Simd>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     (cells, open): (&CellBox, &OpenBlocks),
     run: &Range<u32>,
 ) -> Option<Range<u32>> {

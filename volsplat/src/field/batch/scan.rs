@@ -13,7 +13,7 @@ use super::blocks::{Ends, open_blocks, planes_inside, positions};
 use super::rule::PackedRule;
 use super::runs;
 use crate::bricks::cells::{CELL_SIDE, TABLE_LEN, VERTEX_SIDE};
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::cell_sample::CellBox;
 use crate::field::walk::gather::{GatherScratch, REMEMBERED_PLANES, Window};
 use crate::field::walk::samples::{LANES, PIXEL_SHIFT, PackedSamples};
@@ -26,7 +26,7 @@ const _: () = assert!(LANES == BLOCK_PX * BLOCK_PX);
 
 /// The target of a scan.
 struct Scan<'a, S: Simd> {
-    job: &'a Job<'a>,
+    job: &'a TileContext<'a>,
     cells: CellBox,
     /// The brick's first cell, relative to the anchor.
     first_cell: [i32; 3],
@@ -50,7 +50,7 @@ struct Located<S: Simd> {
 #[inline(always)]
 pub(crate) fn add_planes<S: Simd, R: PackedRule>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     window: Window,
     scratch: &mut GatherScratch,
 ) -> usize {
@@ -116,7 +116,7 @@ pub(crate) fn add_planes<S: Simd, R: PackedRule>(
 
 /// Takes in the samples that wait.
 #[inline(always)]
-fn flush<S: Simd, R: PackedRule>(simd: S, job: &Job, scratch: &mut GatherScratch) {
+fn flush<S: Simd, R: PackedRule>(simd: S, job: &TileContext, scratch: &mut GatherScratch) {
     let count = scratch.samples.len();
     if count > 0 {
         scratch.work.computed += count.next_multiple_of(LANES);

@@ -27,7 +27,7 @@ pub(crate) struct PlacedBrick<'a> {
 
 /// A brick, with the frame's settings and the tile's view.
 #[derive(Clone, Copy)]
-pub(crate) struct Job<'a> {
+pub(crate) struct TileContext<'a> {
     pub(crate) settings: &'a FieldSettings,
     pub(crate) view: &'a TileView,
     pub(crate) placed: &'a PlacedBrick<'a>,

@@ -7,20 +7,24 @@ use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 
 use crate::bricks::cells::TABLE_LEN;
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::cell_sample::{Located, nearest_places};
 use crate::slabs::view::LANES;
 
 /// The samples that clip and mask keep; `None` if they keep none.
 #[inline(always)]
-pub(crate) fn clipped<S: Simd>(simd: S, job: &Job, located: &Located<S>) -> Option<Located<S>> {
+pub(crate) fn clipped<S: Simd>(
+    simd: S,
+    job: &TileContext,
+    located: &Located<S>,
+) -> Option<Located<S>> {
     let kept = masked(simd, job, &unclipped(simd, job, located));
     (!kept.inside.all_false()).then_some(kept)
 }
 
 /// The samples without those that the clip cuts off.
 #[inline(always)]
-fn unclipped<S: Simd>(simd: S, job: &Job, located: &Located<S>) -> Located<S> {
+fn unclipped<S: Simd>(simd: S, job: &TileContext, located: &Located<S>) -> Located<S> {
     let constant = |v: f32| f32x8::splat(simd, v);
     let mut kept = *located;
     for (number, half) in job.settings.clip.iter().enumerate() {
@@ -41,7 +45,7 @@ fn unclipped<S: Simd>(simd: S, job: &Job, located: &Located<S>) -> Located<S> {
 
 /// The samples without those whose nearest voxel the mask hides.
 #[inline(always)]
-pub(crate) fn masked<S: Simd>(simd: S, job: &Job, located: &Located<S>) -> Located<S> {
+pub(crate) fn masked<S: Simd>(simd: S, job: &TileContext, located: &Located<S>) -> Located<S> {
     let Some(mask) = job.placed.brick.mask.as_deref() else {
         return *located;
     };

@@ -10,7 +10,7 @@ use fearless_simd_macros::simd;
 use resample_core::composite::{DepthRule, opacity};
 
 use crate::field::setup::constant_brick::Uniform;
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::cell_sample::{CellBox, inside, position};
 use crate::field::walk::gather::{GatherScratch, POSITION_ERROR, Window};
 use crate::slabs::view::{HalfRow, LANES, PlaneView};
@@ -37,7 +37,7 @@ struct Inside<S: Simd> {
 #[simd]
 pub(crate) fn add_uniform<S: Simd>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     window: Window,
     uniform: Uniform,
     scratch: &mut GatherScratch,
@@ -80,7 +80,7 @@ pub(crate) fn add_uniform<S: Simd>(
 #[inline(always)]
 fn planes_inside<S: Simd>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     crossed: &Crossed,
     at: HalfRow,
     scratch: &mut GatherScratch,
@@ -126,7 +126,7 @@ fn planes_inside<S: Simd>(
 #[inline(never)]
 fn counted<S: Simd>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     cells: &CellBox,
     at: HalfRow,
     scratch: &mut GatherScratch,
@@ -148,7 +148,7 @@ fn counted<S: Simd>(
 #[inline(always)]
 fn composite_step<S: Simd>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     crossed: &Crossed,
     inside: &Inside<S>,
     scratch: &mut GatherScratch,

@@ -17,7 +17,7 @@ use super::clipped::clipped;
 use super::segment_list::SegmentList;
 use crate::field::setup::ray_values::{RayValues, at_start};
 use crate::field::setup::settings::FieldSettings;
-use crate::field::setup::tile_context::{Job, PlacedBrick};
+use crate::field::setup::tile_context::{PlacedBrick, TileContext};
 use crate::field::walk::cell_sample::{CellBox, Located, located};
 use crate::field::walk::samples::PackedSamples;
 use crate::slabs::view::{HalfRow, LANES, PlaneView, TileView, covered};
@@ -36,7 +36,7 @@ pub(crate) trait SampleRule {
     /// Composites one vector of samples of a plane. Returns whether a pixel became more opaque.
     fn take<S: Simd>(
         simd: S,
-        job: &Job,
+        job: &TileContext,
         plane: &PlaneView,
         located: &Located<S>,
         scratch: &mut GatherScratch,
@@ -248,7 +248,7 @@ impl Window {
 #[simd]
 pub(crate) fn add_brick<S: Simd, R: SampleRule>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     window: Window,
     scratch: &mut GatherScratch,
 ) -> (usize, bool) {

@@ -13,7 +13,7 @@ use resample_core::maps::TilePlane;
 
 use super::rays::Rays;
 use crate::field::setup::iso_rays::{AnchoredRays, IsoSettings};
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::cell_sample::{CellBox, Located, in_box_cells, interpolated};
 use crate::field::walk::clipped::masked;
 use crate::field::walk::gather::{GatherScratch, Window, set_lanes};
@@ -42,7 +42,7 @@ struct Step<S: Simd> {
 #[simd]
 pub(crate) fn add_brick<S: Simd>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     iso: &IsoSettings,
     rays: &AnchoredRays,
     window: Window,
@@ -72,7 +72,7 @@ pub(crate) fn add_brick<S: Simd>(
 #[inline(always)]
 fn add_half_row<S: Simd>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     iso: &IsoSettings,
     rays: &Rays<S>,
     scratch: &mut GatherScratch,
@@ -139,7 +139,7 @@ fn located<S: Simd>(simd: S, rays: &Rays<S>, t: f32x8<S>) -> Located<S> {
 
 /// The field along rays.
 #[inline(always)]
-fn field<S: Simd>(simd: S, job: &Job, rays: &Rays<S>, t: f32x8<S>) -> f32x8<S> {
+fn field<S: Simd>(simd: S, job: &TileContext, rays: &Rays<S>, t: f32x8<S>) -> f32x8<S> {
     let located = located(simd, rays, t);
     interpolated(
         simd,
@@ -153,7 +153,7 @@ fn field<S: Simd>(simd: S, job: &Job, rays: &Rays<S>, t: f32x8<S>) -> f32x8<S> {
 #[inline(always)]
 fn add_surface<S: Simd>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     iso: &IsoSettings,
     rays: &Rays<S>,
     mut step: Step<S>,

@@ -3,7 +3,7 @@
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::cell_sample::Located;
 use crate::field::walk::gradient::interpolated_gradient;
 use crate::light::Lit;
@@ -12,7 +12,7 @@ use crate::light::Lit;
 #[inline(always)]
 pub(crate) fn lit<S: Simd>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     located: &Located<S>,
     weight: f32x8<S>,
 ) -> Option<Lit<f32x8<S>>> {

@@ -9,7 +9,7 @@ use fearless_simd::prelude::*;
 use resample_core::composite::{DepthRule, opacity};
 use resample_core::tile::TILE_PX;
 
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::cell_sample::{Corners, Located, interpolated, nearest};
 use crate::field::walk::gather::{GatherScratch, SampleRule, set_lanes};
 use crate::field::walk::gradient::interpolated_gradient;
@@ -33,7 +33,7 @@ impl SampleRule for Mixed {
     #[inline(always)]
     fn take<S: Simd>(
         simd: S,
-        job: &Job,
+        job: &TileContext,
         plane: &PlaneView,
         located: &Located<S>,
         scratch: &mut GatherScratch,
@@ -85,7 +85,7 @@ impl SampleRule for Mixed {
 
 /// The sum of the tints; 1 where the scene has none.
 #[inline(always)]
-fn tints<S: Simd>(simd: S, job: &Job, located: &Located<S>) -> [[f32; 4]; LANES] {
+fn tints<S: Simd>(simd: S, job: &TileContext, located: &Located<S>) -> [[f32; 4]; LANES] {
     let is_tint = |channel: &ChannelSettings| channel.role == Role::Tint;
     if !job.settings.channels.iter().any(is_tint) {
         return [[1.0; 4]; LANES];
@@ -122,7 +122,13 @@ fn tints<S: Simd>(simd: S, job: &Job, located: &Located<S>) -> [[f32; 4]; LANES]
 
 /// Adds what one channel gives.
 #[inline(always)]
-fn add_channel<S: Simd>(simd: S, job: &Job, number: usize, located: &Located<S>, sums: &mut Sums) {
+fn add_channel<S: Simd>(
+    simd: S,
+    job: &TileContext,
+    number: usize,
+    located: &Located<S>,
+    sums: &mut Sums,
+) {
     let channel = &job.settings.channels[number];
     let cells = job.placed.brick.channel(number);
     let zero = f32x8::splat(simd, 0.0);

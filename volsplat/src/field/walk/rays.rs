@@ -8,7 +8,7 @@ use fearless_simd::prelude::*;
 use resample_core::maps::TilePlane;
 
 use crate::field::setup::iso_rays::AnchoredRays;
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::cell_sample::CellBox;
 use crate::slabs::view::{HalfRow, LANES};
 
@@ -56,7 +56,12 @@ impl<'a, S: Simd> Rays<'a, S> {
 
     /// Where rays enter and leave what is kept of the brick's box, `overlap` voxels wider, behind the near plane.
     #[inline(always)]
-    pub(crate) fn inside_brick(&self, simd: S, job: &Job, overlap: f32) -> (f32x8<S>, f32x8<S>) {
+    pub(crate) fn inside_brick(
+        &self,
+        simd: S,
+        job: &TileContext,
+        overlap: f32,
+    ) -> (f32x8<S>, f32x8<S>) {
         let constant = |v: f32| f32x8::splat(simd, v);
         let (mut first, mut last) = (constant(self.near), constant(f32::MAX));
         for axis in 0..3 {

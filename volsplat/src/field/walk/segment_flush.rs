@@ -10,7 +10,7 @@ use resample_core::composite::{DepthRule, opacity};
 
 use crate::bricks::cells::{CELL_CORNERS, CELL_ROWS, CELLS, CellBrick, LAST_CELL};
 use crate::bricks::scalars::Scalars;
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::cell_sample::Located;
 use crate::field::walk::gather::GatherScratch;
 use crate::field::walk::gradient::interpolated_gradient;
@@ -35,7 +35,7 @@ struct Shown<S: Simd> {
 #[inline(always)]
 pub(crate) fn flush<S: Simd, const SHADED: bool>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     integrals: &TransferIntegrals,
     scratch: &mut GatherScratch,
 ) {
@@ -53,7 +53,7 @@ pub(crate) fn flush<S: Simd, const SHADED: bool>(
 #[inline(always)]
 fn pick<S: Simd>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     integrals: &TransferIntegrals,
     scratch: &mut GatherScratch,
 ) -> usize {
@@ -182,7 +182,7 @@ fn add_met<S: Simd>(
 #[inline(always)]
 fn shown<S: Simd>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     integrals: &TransferIntegrals,
     list: &SegmentList,
     [first, lanes]: [usize; 2],
@@ -229,7 +229,7 @@ fn shown<S: Simd>(
 #[inline(always)]
 fn composite<S: Simd, const SHADED: bool>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     integrals: &TransferIntegrals,
     shown: &Shown<S>,
     scratch: &mut GatherScratch,
@@ -295,7 +295,7 @@ fn composite<S: Simd, const SHADED: bool>(
 #[inline(always)]
 fn light<S: Simd>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     shown: &Shown<S>,
     share: f32x8<S>,
     list: &SegmentList,

@@ -14,7 +14,7 @@ use fearless_simd_macros::simd;
 use super::rays::Rays;
 use crate::bricks::cells::{CELL_SIDE, CELLS};
 use crate::field::setup::iso_rays::AnchoredRays;
-use crate::field::setup::tile_context::Job;
+use crate::field::setup::tile_context::TileContext;
 use crate::field::walk::cell_sample::{CellBox, Located, places_of};
 use crate::field::walk::clipped::masked;
 use crate::field::walk::gather::{GatherScratch, Window};
@@ -41,7 +41,7 @@ struct Walk<S: Simd> {
 
 /// Two half rows of rays, one below the other, in a brick; and the integrals that classify their segments.
 struct PairInBrick<'a, S: Simd> {
-    job: &'a Job<'a>,
+    job: &'a TileContext<'a>,
     integrals: &'a TransferIntegrals,
     rows: [Rays<'a, S>; 2],
     start: [f32x16<S>; 3],
@@ -63,7 +63,7 @@ struct CellPart<S: Simd> {
 #[simd]
 pub(crate) fn add_brick<S: Simd, const SHADED: bool>(
     simd: S,
-    job: &Job,
+    job: &TileContext,
     rays: &AnchoredRays,
     window: Window,
     scratch: &mut GatherScratch,
@@ -229,7 +229,7 @@ impl<'a, S: Simd> PairInBrick<'a, S> {
     #[inline(always)]
     fn new(
         simd: S,
-        job: &'a Job<'a>,
+        job: &'a TileContext<'a>,
         integrals: &'a TransferIntegrals,
         rows: [Rays<'a, S>; 2],
     ) -> Self {

@@ -12,7 +12,7 @@ use resample_core::tile::TILE_PX;
 
 use crate::field::setup::ray_values::{RayValues, Statistic};
 use crate::field::setup::settings::FieldSettings;
-use crate::field::setup::tile_context::{Job, PlacedBrick};
+use crate::field::setup::tile_context::{PlacedBrick, TileContext};
 use crate::field::walk::cell_sample::{Located, interpolated};
 use crate::field::walk::gather::{GatherScratch, SampleRule, Window, set_lanes};
 use crate::slabs::channel::Role;
@@ -25,7 +25,7 @@ impl SampleRule for Gathered {
     #[inline(always)]
     fn take<S: Simd>(
         simd: S,
-        job: &Job,
+        job: &TileContext,
         plane: &PlaneView,
         located: &Located<S>,
         scratch: &mut GatherScratch,

@@ -143,13 +143,13 @@ struct Filling {
 
 /// A part of a cell: its place among the parts of its size.
 #[derive(Clone, Copy)]
-struct Part {
+struct CellPart {
     /// How often the cell is halved.
     level: usize,
     at: [usize; 3],
 }
 
-impl Part {
+impl CellPart {
     const WHOLE: Self = Self {
         level: 0,
         at: [0; 3],
@@ -167,7 +167,7 @@ impl Sampler<'_> {
                 for x in least[0]..greatest[0] {
                     let first = x + VERTEX_SIDE * (y + VERTEX_SIDE * z);
                     if let Some(means) = self.means(cells, first) {
-                        self.emit(&means, [x, y, z], Part::WHOLE, &mut filling);
+                        self.emit(&means, [x, y, z], CellPart::WHOLE, &mut filling);
                     }
                 }
             }
@@ -180,10 +180,10 @@ impl Sampler<'_> {
         &self,
         means: &CellMeans,
         cell: [usize; 3],
-        part: Part,
+        part: CellPart,
         filling: &mut [Filling; LEVELS],
     ) {
-        let Part { level, at } = part;
+        let CellPart { level, at } = part;
         let sum = means.at(level, at);
         if !(sum[3] > 0.0) {
             return;
@@ -196,7 +196,7 @@ impl Sampler<'_> {
         };
         if level < self.finest && varies() {
             for half in halves {
-                let half = Part {
+                let half = CellPart {
                     level: level + 1,
                     at: half,
                 };

@@ -46,7 +46,7 @@ struct Side {
 }
 
 /// Where the colours place the edge in a cut, and how well they tell it.
-struct Told {
+struct EdgeEstimate {
     /// The share of the farther surface in the nearer pixel, and of the nearer in the farther one.
     shares: [f32; 2],
     /// The edge's place, from the nearer sample on, and its deviation, samples.
@@ -203,7 +203,7 @@ fn linked_towards(surfaces: &Surfaces, index: usize, axis: usize, towards: i32) 
 impl Cut {
     /// The edge's place by the colours, and by the limb there if the nearer surface has one; `None` where the colours do not
     /// separate the two sides.
-    fn told(&self, colours: &[[f32; 3]], limb: Option<Limb>) -> Option<Told> {
+    fn told(&self, colours: &[[f32; 3]], limb: Option<Limb>) -> Option<EdgeEstimate> {
         let [near, far] = [self.nearer, self.farther].map(|side| colours[side.samples[0]]);
         let insides = [self.nearer, self.farther].map(|side| colours[side.samples[1]]);
         let plain = difference(insides[0], insides[1]);
@@ -224,7 +224,7 @@ impl Cut {
         };
         (plausible(near_share) && plausible(far_share)).then(|| {
             let shares = [near_share, far_share].map(|s| s.clamp(0.0, LARGEST_SHARE));
-            let told = Told {
+            let told = EdgeEstimate {
                 shares,
                 place: (0.5 - shares[0] + shares[1]).clamp(0.0, 1.0),
                 deviation: deviation_of(change2(self.nearer) + change2(self.farther)),
@@ -237,7 +237,7 @@ impl Cut {
     }
 }
 
-impl Told {
+impl EdgeEstimate {
     /// With what depth tells of the place, each by its deviation. The two shares move with the place: they are its coverage.
     fn with(&self, limb: Limb) -> Self {
         let [here, there] = [self.deviation, limb.deviation].map(|d| 1.0 / (d * d));

@@ -31,13 +31,13 @@ pub(crate) struct Stored {
     dims: [usize; 3],
     voxel_type: VoxelType,
     endian: Endian,
-    parts: Vec<Part>,
+    parts: Vec<StoredFile>,
     nan: NanPolicy,
 }
 
 /// One file of voxels.
 #[derive(Debug)]
-struct Part {
+struct StoredFile {
     path: PathBuf,
     file: File,
     /// Its first byte of data.
@@ -52,7 +52,7 @@ impl Stored {
             return Ok(None);
         }
         let part = |(path, begin): &(PathBuf, u64)| {
-            Ok(Part {
+            Ok(StoredFile {
                 path: path.clone(),
                 file: open(path)?,
                 begin: *begin,
@@ -81,7 +81,7 @@ impl Stored {
             dims,
             voxel_type: layout.voxel_type,
             endian: layout.endian,
-            parts: vec![Part {
+            parts: vec![StoredFile {
                 path,
                 file,
                 begin: 0,
@@ -152,12 +152,12 @@ impl VoxelSource for Stored {
 }
 
 #[cfg(unix)]
-fn read_exact_at(part: &Part, bytes: &mut [u8], place: u64) -> std::io::Result<()> {
+fn read_exact_at(part: &StoredFile, bytes: &mut [u8], place: u64) -> std::io::Result<()> {
     std::os::unix::fs::FileExt::read_exact_at(&part.file, bytes, place)
 }
 
 #[cfg(windows)]
-fn read_exact_at(part: &Part, bytes: &mut [u8], place: u64) -> std::io::Result<()> {
+fn read_exact_at(part: &StoredFile, bytes: &mut [u8], place: u64) -> std::io::Result<()> {
     let mut done = 0;
     while done < bytes.len() {
         let at = place + done as u64;
