@@ -72,6 +72,7 @@ impl Pilot {
         ladder: &Ladder,
         rung: &Rung,
     ) -> Result<Vec<Image>> {
+        self.compared = rung.choices.clone();
         let mut long = Vec::new();
         for number in 0..self.views.len() {
             let camera = compared_camera(self.views[number].cells.camera())?;

@@ -39,6 +39,8 @@ pub(super) struct Pilot {
     pub(super) work: f64,
     /// Elapsed over CPU time of a picture.
     wall_per_cpu: f64,
+    /// The choices whose change to more rays the views hold: at first those of the default.
+    pub(super) compared: Choices,
 }
 
 /// One of the pictures that are looked at.
@@ -159,6 +161,7 @@ impl Pilot {
             work: 0.0,
             // Other work on the machine lengthens elapsed time alone.
             wall_per_cpu: 1.0,
+            compared: ladder.default.choices.clone(),
         };
         let mut previews = Previews {
             candidate: Candidate::new(&ladder.preview),
@@ -337,6 +340,8 @@ impl Pilot {
 
     /// The errors of a candidate in the pictures.
     pub(super) fn errors(&self, candidate: &Candidate) -> Vec<ViewErrors> {
+        // A setting has an error of rays of its own: what the default's would change to is no bound of a dearer one.
+        let is_own = candidate.rung.choices == self.compared;
         let of_view = |(view, parts): (&View, &Vec<DrawnPart>)| ViewErrors {
             windows: view
                 .windows
@@ -352,7 +357,7 @@ impl Pilot {
                 .collect(),
             covered_px: view.cells.covered_px,
             cells: view.cells.len(),
-            mean_square_change: view.cells.mean_square_change(),
+            mean_square_change: view.cells.mean_square_change().filter(|_| is_own),
             change: view.cells.change(),
             change_behind: view.cells.change_behind(view.windows.len()),
         };
