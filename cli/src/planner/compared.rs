@@ -46,7 +46,9 @@ impl Pilot {
     ) -> Result<Cells> {
         let camera = compared_camera(cells.camera())?;
         let [own, other] = self.crossed(scene, ladder, &ladder.default, &camera)?;
-        Ok(cells.with_steps(&own, &other))
+        let cells = cells.with_steps(&own, &other);
+        self.default_long.push(own);
+        Ok(cells)
     }
 
     /// The cells of a picture by their largest change from the default to a dearer setting, of all of its pixels.
@@ -86,7 +88,7 @@ impl Pilot {
     }
 
     /// Has the change from twice the slab of a setting to its own stand for what windows miss. Steps err in a few pixels where a peak
-    /// is narrow, as rays do. That change is many times the error of the setting, so that it bounds no error.
+    /// is narrow, as rays do.
     pub(super) fn recompare_steps(
         &mut self,
         scene: &mut PlannedScene,
@@ -99,6 +101,7 @@ impl Pilot {
             let own = self.under(scene, ladder, rung, &camera)?;
             let view = &mut self.views[number];
             view.cells.recompare_cells(&own.image, long);
+            view.cells.add_steps(&own.image, long);
             view.change_again();
         }
         Ok(())

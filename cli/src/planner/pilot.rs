@@ -41,6 +41,8 @@ pub(super) struct Pilot {
     wall_per_cpu: f64,
     /// The choices whose change to more rays the views hold: at first those of the default.
     pub(super) compared: Choices,
+    /// For each view where the default's rays were compared: its picture with twice the slab.
+    pub(super) default_long: Vec<Image>,
 }
 
 /// One of the pictures that are looked at.
@@ -162,6 +164,7 @@ impl Pilot {
             // Other work on the machine lengthens elapsed time alone.
             wall_per_cpu: 1.0,
             compared: ladder.default.choices.clone(),
+            default_long: Vec::new(),
         };
         let mut previews = Previews {
             candidate: Candidate::new(&ladder.preview),

@@ -260,9 +260,12 @@ impl Search<'_, '_> {
     /// else the other way until one does.
     fn best(&mut self) -> Result<Option<usize>> {
         let mut best = self.push(self.judged(&self.default));
+        let is_error = matches!(self.asked, Asked::Error(_));
+        if is_error && best.is_some() {
+            best = self.checked_default()?;
+        }
         let (keeps, mut last) = (best.is_some(), self.default.rung.clone());
         let (below, above) = self.ladder.around(&last);
-        let is_error = matches!(self.asked, Asked::Error(_));
         if is_error && keeps && !self.may_undercut() {
             return Ok(best);
         }
@@ -349,6 +352,23 @@ impl Search<'_, '_> {
             self.judged_again(candidate);
         }
         Ok((self.tried[place].keeps == Keeps::Yes).then_some(place))
+    }
+
+    /// The same for the default, whose rays are compared from the beginning: its steps.
+    fn checked_default(&mut self) -> Result<Option<usize>> {
+        let long = std::mem::take(&mut self.pilot.default_long);
+        if long.is_empty() || !self.pilot.compared_all() {
+            return Ok(Some(0));
+        }
+        let default = &self.default.rung;
+        self.pilot
+            .recompare_steps(self.scene, self.ladder, default, &long)?;
+        let again = self.judged(&self.default);
+        let before = &mut self.tried[0];
+        if again.error > before.error {
+            *before = again;
+        }
+        Ok((before.keeps == Keeps::Yes).then_some(0))
     }
 
     /// Judges the setting that was tried last by another change of pictures, if its error is larger by that; true where it still keeps
