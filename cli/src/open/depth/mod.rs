@@ -1,6 +1,6 @@
 //! `resample warp3d`: a picture with depth, seen from elsewhere.
 //!
-//! The steps are those of [`Open`]: what can be refused without reading a picture is checked first, then the references
+//! The steps are those of [`OpenDepth`]: what can be refused without reading a picture is checked first, then the references
 //! are read, then the cameras are placed, and only then is anything written.
 
 pub(crate) mod frames;

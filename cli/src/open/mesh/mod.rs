@@ -1,6 +1,6 @@
 //! `resample texmap`: a mesh file to one picture or several.
 //!
-//! The steps are those of [`Open`]: everything that can be refused without reading the mesh is checked first, and nothing
+//! The steps are those of [`OpenMesh`]: everything that can be refused without reading the mesh is checked first, and nothing
 //! is written before all input has proved to be good.
 
 pub(crate) mod scene_camera;
