@@ -1,7 +1,7 @@
 //! The look of a volume: takes typed options and the facts of the data, returns transfer functions, light and blending.
 //!
-//! [`decide`] is the only place where a look is decided; drawing only takes the result. `blend`, `clip` and `options` translate what was
-//! typed; `transfer`, `channel_look` and `colours` make the look of one volume, of a channel and of colour voxels; `suggested` is the
+//! [`decide`] computes the whole look; drawing uses it unchanged. `blend`, `clip` and `options` translate typed options;
+//! `transfer`, `channel_look` and `colours` make the look of one volume, of a channel and of colour voxels; `suggested` is the
 //! light and blending that go with it; `transfer_plot` draws the function over the histogram.
 
 pub(crate) mod blend;
@@ -27,7 +27,7 @@ pub(crate) struct Look {
     pub(crate) channels: Vec<ChannelLook>,
     /// The light and blending that go with the channels' looks, where none were typed.
     pub(crate) suggested: Suggested,
-    /// How frames are drawn: what was typed, completed by what was suggested.
+    /// Render options: typed ones, and those of the preset or the data where none were typed.
     pub(crate) options: RenderOptions,
 }
 

@@ -1,4 +1,4 @@
-//! From what was typed to the transfer function.
+//! Makes the transfer function from typed options.
 //!
 //! Takes what was typed and the volume, gives the function, and the light and the blending that go with it where neither was
 //! typed. Where neither a file, a window, a preset nor a colour map is given, the data decide (`suggested.rs`). No file but the

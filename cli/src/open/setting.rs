@@ -1,4 +1,4 @@
-//! How a scene is drawn: the options of an application, and choices that are laid over them.
+//! Render options of an application, and choices that override single ones.
 //!
 //! A [`Setting`] holds all options of one application, and which of them are given. A [`Choice`] sets one option;
 //! [`Choices`] are the planner's rungs, the rows of `trade` and of `bench`. Words are for people and for other processes;

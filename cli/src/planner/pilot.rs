@@ -343,7 +343,7 @@ impl Pilot {
 
     /// The errors of a candidate in the pictures.
     pub(super) fn errors(&self, candidate: &Candidate) -> Vec<ViewErrors> {
-        // A setting has an error of rays of its own: what the default's would change to is no bound of a dearer one.
+        // The change of the default to more rays bounds the error of the default alone: a dearer setting has a smaller one.
         let is_own = candidate.rung.choices == self.compared;
         let of_view = |(view, parts): (&View, &Vec<DrawnPart>)| ViewErrors {
             windows: view

@@ -252,7 +252,7 @@ fn read(
 }
 
 /// A camera at `eye` that looks along +z, with the centre of the picture on its axis.
-fn straight(size: [u32; 2], focal_px: f64, eye: DVec3) -> Camera {
+pub fn straight(size: [u32; 2], focal_px: f64, eye: DVec3) -> Camera {
     let [width, height] = size;
     let (cx, cy) = (0.5 * f64::from(width), 0.5 * f64::from(height));
     let k = Intrinsics {

@@ -1,5 +1,5 @@
-//! Extremes that must hold (method, section 8). The table of [`resample_tests::extremes`] bounds the errors of pictures; what is
-//! not an error of a picture is tested here. Values of opacity at their extremes are in `extreme_opacities.rs`.
+//! Extreme inputs (method, section 8). The table of [`resample_tests::extremes`] bounds errors of pictures; this file tests other
+//! properties: emptiness, early termination and refusals. Values of opacity at their extremes are in `extreme_opacities.rs`.
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, KernelShape, SelectMode};

@@ -165,8 +165,8 @@ fn a_ground_seen_from_close_above_is_filtered_in_perspective() {
     assert!(error_db > 55.0, "{error_db:.2} dB from the truth");
 }
 
-/// Pixels of a finely divided surface see several of its triangles, and gather texels from one plane through them: so near as this
-/// to the truth, half a decibel below what was measured.
+/// Pixels of a finely divided surface see several of its triangles, and gather texels from one plane through them. Each bound
+/// is half a decibel below the measured PSNR.
 #[test]
 fn a_finely_divided_knot_is_gathered_from_planes() {
     let camera = looking_camera(DVec3::new(2.0, 3.0, 9.0), DVec3::ZERO, 46.0, [96, 96]);

@@ -89,13 +89,7 @@ pub(crate) fn reflect<S: Simd>(
     let metal = load(&inputs.metal);
     let base = load_3(simd, &inputs.base);
     let with_metal = load_3(simd, &inputs.base_with_metal);
-    let is_metal = metal.simd_gt(splat(LEAST_METAL));
-    let per_metal = is_metal.select(one / metal.max(splat(LEAST_METAL)), zero);
-    let metals = [
-        (base[0] + with_metal[0] * per_metal).max(zero),
-        (base[1] + with_metal[1] * per_metal).max(zero),
-        (base[2] + with_metal[2] * per_metal).max(zero),
-    ];
+    let (per_metal, metals) = colours_of_metal(simd, metal, &base, &with_metal);
     let varied = FootprintMoments {
         metal,
         roughness: load(&inputs.roughness),
@@ -156,6 +150,26 @@ pub(crate) fn reflect<S: Simd>(
     for lane in 0..count {
         out[lane] = Vec4::new(rgb[0][lane], rgb[1][lane], rgb[2][lane], 0.0);
     }
+}
+
+/// One over the share of metal, 0 where there is none, and the colour of the metal in a footprint.
+#[inline(always)]
+fn colours_of_metal<S: Simd>(
+    simd: S,
+    metal: f32x16<S>,
+    base: &[f32x16<S>; 3],
+    with_metal: &[f32x16<S>; 3],
+) -> (f32x16<S>, [f32x16<S>; 3]) {
+    let splat = |x: f32| f32x16::splat(simd, x);
+    let (zero, one) = (splat(0.0), splat(1.0));
+    let is_metal = metal.simd_gt(splat(LEAST_METAL));
+    let per_metal = is_metal.select(one / metal.max(splat(LEAST_METAL)), zero);
+    let metals = [
+        (base[0] + with_metal[0] * per_metal).max(zero),
+        (base[1] + with_metal[1] * per_metal).max(zero),
+        (base[2] + with_metal[2] * per_metal).max(zero),
+    ];
+    (per_metal, metals)
 }
 
 /// The metal and the paint of footprints, for the light that leaves them late.

@@ -1,7 +1,7 @@
 //! `resample warp3d`: a picture with depth, seen from elsewhere.
 //!
-//! The steps are those of [`OpenDepth`]: what can be refused without reading a picture is checked first, then the references
-//! are read, then the cameras are placed, and only then is anything written.
+//! [`OpenDepth`] checks the options before it reads a picture, then reads the references and places the cameras. It writes files
+//! last.
 
 pub(crate) mod frames;
 pub(crate) mod references;

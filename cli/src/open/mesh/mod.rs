@@ -1,7 +1,6 @@
 //! `resample texmap`: a mesh file to one picture or several.
 //!
-//! The steps are those of [`OpenMesh`]: everything that can be refused without reading the mesh is checked first, and nothing
-//! is written before all input has proved to be good.
+//! [`OpenMesh`] checks the options before it reads the mesh, and writes nothing before it has checked all input.
 
 pub(crate) mod scene_camera;
 pub(crate) mod settings;

@@ -154,7 +154,7 @@ impl OpenScene for OpenVolume {
             Progress::Hidden
         };
         let mut renderer = open.renderer;
-        // The renderer has its own copy of what can be seen; only what moves may need the voxels again.
+        // The renderer holds a copy of the visible voxels. Only a look that changes between pictures needs the volume again.
         let mut moving = open.motion.map(|motion| (motion, open.content));
         let mut render = |shot: &Shot| {
             if let Some((motion, content)) = &mut moving {

@@ -1,31 +1,16 @@
 //! Real pairs as they are given: Middlebury's two generations, Beachball, livingroom, and the synthetic scenes.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DVec3};
+use resample_core::Camera;
 use resample_core::camera::PixelCentre;
-use resample_core::{Camera, Intrinsics};
 use resample_tests::data::data_file;
+use resample_tests::warps::pairs::straight;
 use warp3d::input::cameras::{self, Hints, Lens};
 use warp3d::input::{DepthKind, DepthMeaning};
 
 use super::{
     assert_only_right_is_near, camera, named_picture, picture, reference, unmoved_psnr, warped_psnr,
 };
-
-/// A camera at `eye` that looks along +z, with focal length `focal_px` and the centre of the picture on its axis.
-fn straight(size: [u32; 2], focal_px: f64, eye: DVec3) -> Camera {
-    let [width, height] = size;
-    let (cx, cy) = (0.5 * f64::from(width), 0.5 * f64::from(height));
-    let k = Intrinsics {
-        width,
-        height,
-        fx: focal_px,
-        fy: focal_px,
-        cx,
-        cy,
-        pixel_centre: PixelCentre::Half,
-    };
-    Camera::from_intrinsics(&k, DMat3::IDENTITY, -eye, 1e-3).expect("a good camera")
-}
 
 #[test]
 fn piano_by_its_calibration_and_disparity() {
