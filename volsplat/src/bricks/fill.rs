@@ -1,7 +1,7 @@
 //! From volumes to bricks of cells: which cells are kept, their scalars, gradients and masks.
 
 use rayon::prelude::*;
-use resample_volume::volume::grid::Grid;
+use resample_volume::volume::Grid;
 use resample_volume::volume::{Volume, Voxels, with_voxels};
 
 use super::cells::{

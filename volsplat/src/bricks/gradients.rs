@@ -7,7 +7,7 @@
 use std::array::from_fn;
 
 use glam::{DMat3, DVec3};
-use resample_volume::volume::grid::Grid;
+use resample_volume::volume::Grid;
 
 use super::layout::{TABLE_LEN, VERTEX_SIDE};
 use crate::grid::bounds::Bounds;

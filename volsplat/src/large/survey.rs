@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 use resample_volume::Watch;
 use resample_volume::source::VoxelSource;
-use resample_volume::volume::grid::Grid;
+use resample_volume::volume::Grid;
 use resample_volume::volume::histogram::Tally;
 use resample_volume::volume::{VoxelType, Voxels, with_voxels};
 

@@ -25,15 +25,14 @@ pub mod volume;
 pub mod labels;
 pub mod source;
 pub mod error;
-mod watch;
 
 pub use error::Error;
 #[cfg(feature = "input")]
 pub use input::{LoadOptions, RawOptions, load};
 pub use labels::{LabelLook, LabelTable};
+pub use source::Watch;
 pub use source::{Region, VoxelSource};
 pub use volume::{
     Described, Endian, Histogram, Lattice, Modality, NanPolicy, Volume, VoxelType, Voxels,
     procedural,
 };
-pub use watch::Watch;

@@ -1,4 +1,4 @@
-//! Where the voxels of a volume are that stays out of memory: any box of them is read when it is asked for.
+//! Voxels that stay in their file: any box of them is read when it is asked for.
 
 use std::fmt::Debug;
 
@@ -25,3 +25,6 @@ pub trait VoxelSource: Debug + Send + Sync {
     /// Reads a box of voxels, x fastest, all of them finite.
     fn read(&self, region: &Region) -> Result<Voxels, Error>;
 }
+
+/// Called now and then with the share of a long task that is done, 0 to 1.
+pub type Watch<'a> = dyn FnMut(f64) + 'a;

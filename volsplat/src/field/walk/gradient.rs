@@ -177,7 +177,7 @@ mod tests {
     use crate::bricks::gradients::{differences, vectors};
     use crate::grid::bounds::Bounds;
     use crate::grid::units::gradient_from_differences;
-    use resample_volume::volume::grid::Grid;
+    use resample_volume::volume::Grid;
 
     /// Voxels along each side: a brick in the middle has neighbours on all sides, and the first one none on three.
     const SIDE: usize = 27;

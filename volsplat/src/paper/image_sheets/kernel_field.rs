@@ -8,7 +8,7 @@
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
-use resample_volume::volume::grid::Grid;
+use resample_volume::volume::Grid;
 use resample_volume::volume::{Volume, with_voxels};
 
 use crate::bricks::support::Support;

@@ -10,7 +10,7 @@ use glam::{DAffine3, DVec3};
 use resample_core::point::PixelFilter;
 use resample_core::section::SectionProfile;
 use resample_core::{Camera, GridView, Kernel};
-use resample_volume::volume::grid::Grid;
+use resample_volume::volume::Grid;
 use resample_volume::volume::{Described, Lattice, scalar, with_voxels};
 
 use super::interpolate::coefficients;

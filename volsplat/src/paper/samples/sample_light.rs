@@ -17,7 +17,7 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 use resample_core::simd::Vectors;
 use resample_core::{Camera, GridView, Projection, dispatch};
-use resample_volume::volume::grid::Grid;
+use resample_volume::volume::Grid;
 use resample_volume::volume::{Volume, with_voxels};
 
 use crate::grid::bounds::place;

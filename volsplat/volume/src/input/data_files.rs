@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use resample_io::Gate;
 
-use crate::input::fault::{Fault, excerpt};
+use crate::input::file::{Fault, excerpt};
 
 /// The field that names the data.
 #[derive(Clone, Debug, PartialEq)]

@@ -7,7 +7,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::Error;
-use crate::input::decode::packed;
+use crate::input::decode::stored;
 use crate::input::formats::{
     dicom, meta_image, mgh, nifti, npy, nrrd, picture_slices, tiff_stack, vti, vtk, zarr,
 };
@@ -141,7 +141,7 @@ fn detect_file(path: &Path) -> Result<Detected, Error> {
     if let Some(format) = self::known(&head) {
         return Ok(known(format));
     }
-    if head.starts_with(packed::GZIP_MAGIC) {
+    if head.starts_with(stored::GZIP_MAGIC) {
         let head = unpacked(&head);
         return Ok(if nifti::is_nifti(&head) {
             known(Format::Nifti)

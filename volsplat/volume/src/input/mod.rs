@@ -1,21 +1,18 @@
 //! Volume files: finds the format by the content and returns a checked volume.
 //!
-//! In the order in which data flow: opened files (`file`, `lines`, `slices`, `data_files`) with faults that name a place (`fault`);
-//! scalars (`decode`); one part for each format (`formats`), found by content (`format`); the user's `options`; `load` for a volume in
-//! memory, `stays` for one that stays in its file, `colours` for voxels that are colours.
+//! In the order in which data flow: opened files (`file`, `slices`, `data_files`); scalars (`decode`);
+//! one part for each format (`formats`), found by content (`format`); the user's `options`; `load` for a volume in
+//! memory or in its file; `colours` for voxels that are colours.
 //! Limits: one scalar per voxel, of colours and vectors one component; one volume per file. World coordinates stay as the format defines them.
 
 mod file;
-mod fault;
-mod lines;
 mod slices;
 mod data_files;
-mod decode;
+pub(crate) mod decode;
 pub(crate) mod formats;
 pub mod format;
 mod options;
 mod load;
-mod stays;
 mod colours;
 
 pub use colours::{ColourVoxels, arrays_of, colours_of, load_colours};
@@ -23,9 +20,9 @@ pub(crate) use file::{Parts, cannot_read, invalid, open, open_sized, unsupported
 pub use format::{Format, format_of};
 pub use formats::raw::RawOptions;
 pub use formats::tiff_stack::pages_of;
+pub use load::{Unread, open_unread, peek};
 pub use load::{load, of_memory};
 pub use options::LoadOptions;
-pub use stays::{Unread, open_unread, peek};
 
 #[cfg(test)]
 mod test_files;

@@ -34,7 +34,7 @@ pub(crate) fn paths(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
 }
 
 /// Compares names as a person would: runs of digits by their value, everything else by its characters.
-pub(crate) fn natural_order(left: &str, right: &str) -> Ordering {
+fn natural_order(left: &str, right: &str) -> Ordering {
     let (mut left_rest, mut right_rest) = (left, right);
     while let (Some(a), Some(b)) = (left_rest.chars().next(), right_rest.chars().next()) {
         if a.is_ascii_digit() && b.is_ascii_digit() {

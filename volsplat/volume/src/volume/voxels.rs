@@ -1,6 +1,6 @@
 //! The volume: a lattice of scalars and where it lies in the world.
 //!
-//! Takes voxels in the type in which they are stored and an affine map, checks both, and gives the domain object that
+//! Takes voxels in the type in which they are stored and an affine map, checks both, and returns the domain object that
 //! every later stage reads. A voxel stands at a vertex of the lattice: voxel (i, j, k) is at
 //! `world_from_index * (i, j, k)`, so a volume of n voxels along an axis is n - 1 spacings long. After
 //! [`Volume::new`] no voxel is NaN or infinite and the axes span space, so later stages need no such checks.
@@ -11,14 +11,12 @@ use std::ops::Range;
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
-use super::extremes::{range_of, range_of_bytes};
 use crate::Error;
 
-#[cfg(test)]
-mod tests;
+pub use crate::with_voxels;
 
 /// Lengths from its inverse to this are f32 numbers of full precision.
-pub(crate) const LONGEST: f64 = 8.507_059_173_023_462e37;
+const LONGEST: f64 = 8.507_059_173_023_462e37;
 
 /// A scalar volume in the world.
 ///
@@ -126,7 +124,6 @@ macro_rules! with_voxels {
         }
     };
 }
-pub use crate::with_voxels;
 
 /// Other voxels of the same type: `map_voxels!(voxels, values => f(&values))`.
 #[cfg(feature = "input")]
@@ -420,3 +417,56 @@ fn non_finite_message(dims: [usize; 3], index: usize, value: f64) -> String {
     let what = if value.is_nan() { "NaN" } else { "infinite" };
     format!("voxel ({i},{j},{k}) is {what}; say what replaces it")
 }
+
+/// Typed voxels of a volume.
+pub struct Grid<'a, T> {
+    /// x fastest.
+    pub voxels: &'a [T],
+    /// Voxels along x, y and z.
+    pub dims: [usize; 3],
+}
+
+impl<T> Grid<'_, T> {
+    /// `count` voxels along x, from this one on; all of them must be in the volume.
+    #[inline(always)]
+    pub fn row(&self, [x, y, z]: [usize; 3], count: usize) -> &[T] {
+        let start = x + self.dims[0] * (y + self.dims[1] * z);
+        &self.voxels[start..start + count]
+    }
+}
+
+impl<T: Copy + Into<f64>> Grid<'_, T> {
+    /// The scalar of a voxel; beyond the volume, that of the nearest one.
+    pub fn at(&self, index: [isize; 3]) -> f32 {
+        self.stored(index) as f32
+    }
+
+    /// As [`Grid::at`], with all digits.
+    pub fn stored(&self, index: [isize; 3]) -> f64 {
+        let [x, y, z] =
+            [0, 1, 2].map(|axis| index[axis].clamp(0, self.dims[axis] as isize - 1) as usize);
+        self.voxels[x + self.dims[0] * (y + self.dims[1] * z)].into()
+    }
+}
+
+/// Least and greatest byte: of bytes, because the comparisons of many at once are cheap.
+fn range_of_bytes(bytes: &[u8]) -> (f64, f64) {
+    let (low, high) = bytes.iter().fold((u8::MAX, 0), |(low, high), &byte| {
+        (byte.min(low), byte.max(high))
+    });
+    if bytes.is_empty() {
+        (f64::INFINITY, f64::NEG_INFINITY)
+    } else {
+        (low.into(), high.into())
+    }
+}
+
+/// Least and greatest scalar.
+fn range_of(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    })
+}
+
+#[cfg(test)]
+mod tests;

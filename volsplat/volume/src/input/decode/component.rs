@@ -6,7 +6,7 @@
 use std::io;
 use std::io::Read;
 
-use crate::input::fault::{Fault, unsupported};
+use crate::input::file::{Fault, unsupported};
 
 /// The component to read out of `components`: the one that the caller chose, or the only one.
 pub(crate) fn chosen(choice: Option<usize>, components: usize) -> Result<usize, Fault> {

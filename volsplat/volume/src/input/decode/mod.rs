@@ -2,17 +2,17 @@
 //!
 //! Takes a reader that is already past every header and compression, and a [`Layout`] (how many scalars, of which type
 //! and byte order). It reads in pieces and grows the result as the data arrives, so a forged count costs no more
-//! memory than the stream can fill. What remains in the stream afterwards is counted, so that a surplus is an error.
+//! memory than the stream can fill. The rest of the stream is counted, so that a surplus is an error. The axes of a lattice are checked
+//! here too, for all formats.
 
-pub(crate) mod axes;
 pub(crate) mod component;
-pub(crate) mod packed;
-pub(crate) mod rescale;
 pub(crate) mod stored;
+pub(crate) mod rescale;
 
 use std::io::{BufRead, Read};
 use std::mem::size_of;
 
+use glam::{DAffine3, DMat3, DVec3};
 use resample_io::Gate;
 
 use crate::input::decode::component::{Interleaved, OneComponent};
@@ -298,4 +298,40 @@ pub(crate) fn next_word(stream: &mut dyn BufRead, word: &mut Vec<u8>) -> Result<
             return Ok(true);
         }
     }
+}
+
+/// Axes of size 1 are added until there are three: at right angles to the others, as long as the shortest of them.
+pub(crate) fn complete(mut columns: Vec<DVec3>) -> DMat3 {
+    let shortest = columns
+        .iter()
+        .map(|column| column.length())
+        .fold(f64::INFINITY, f64::min);
+    let length = if shortest > 0.0 && shortest.is_finite() {
+        shortest
+    } else {
+        1.0
+    };
+    if columns.is_empty() {
+        columns.push(DVec3::X * length);
+    }
+    if columns.len() == 1 {
+        let across = columns[0]
+            .try_normalize()
+            .map_or(DVec3::Y, DVec3::any_orthonormal_vector);
+        columns.push(across * length);
+    }
+    if columns.len() == 2 {
+        let normal = columns[0]
+            .cross(columns[1])
+            .try_normalize()
+            .unwrap_or(DVec3::Z);
+        columns.push(normal * length);
+    }
+    DMat3::from_cols(columns[0], columns[1], columns[2])
+}
+
+/// A lattice along the world's axes.
+pub(crate) fn upright(spacing: [f64; 3], origin: [f64; 3]) -> DAffine3 {
+    let axes = DMat3::from_diagonal(DVec3::from_array(spacing));
+    DAffine3::from_mat3_translation(axes, DVec3::from_array(origin))
 }

@@ -1,18 +1,21 @@
-//! Voxels that stay in their file: any box of them is read when it is asked for.
+//! Files of plain scalars: voxels that stay in their file and are read box by box, and files that gzip packed as a whole.
 //!
-//! Takes what a reader found out about a file whose scalars lie in it plainly, one after another, and gives boxes of
+//! Takes the places of scalars that lie in a file plainly, one after another, and returns boxes of
 //! typed voxels. Reads are positioned, so that many threads read at once and the file is never mapped: a file that
 //! shrinks meanwhile is an error and not a crash.
 //! Limits: plain scalars, x fastest; several files hold whole slices in equal shares.
 
 use std::fs::File;
+use std::io;
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
+use resample_io::Gate;
 
 use crate::Error;
 use crate::input::decode::Layout;
-use crate::input::{cannot_read, decode, invalid, open};
+use crate::input::{cannot_read, decode, invalid, open, open_sized};
 use crate::source::{Region, VoxelSource};
 use crate::volume::{Endian, Lattice, NanPolicy, VoxelType, Voxels};
 
@@ -152,7 +155,7 @@ impl VoxelSource for Stored {
 }
 
 #[cfg(unix)]
-fn read_exact_at(part: &StoredFile, bytes: &mut [u8], place: u64) -> std::io::Result<()> {
+fn read_exact_at(part: &StoredFile, bytes: &mut [u8], place: u64) -> io::Result<()> {
     std::os::unix::fs::FileExt::read_exact_at(&part.file, bytes, place)
 }
 
@@ -167,4 +170,73 @@ fn read_exact_at(part: &StoredFile, bytes: &mut [u8], place: u64) -> std::io::Re
         }
     }
     Ok(())
+}
+
+/// The first two bytes of a gzip file.
+pub(crate) const GZIP_MAGIC: &[u8] = &[0x1f, 0x8b];
+
+/// A file, unpacked if it is packed.
+pub(crate) struct Stream {
+    pub(crate) bytes: Box<dyn Read>,
+    pub(crate) is_packed: bool,
+    /// Bytes of the file that are not read yet; of a packed one, its whole length.
+    pub(crate) held: u64,
+}
+
+impl Stream {
+    pub(crate) fn open(path: &Path) -> Result<Self, Error> {
+        let (file, held) = open_sized(path)?;
+        let is_packed = is_gzip(path)?;
+        let file = BufReader::new(file);
+        let bytes: Box<dyn Read> = if is_packed {
+            Box::new(flate2::bufread::MultiGzDecoder::new(file))
+        } else {
+            Box::new(file)
+        };
+        Ok(Self {
+            bytes,
+            is_packed,
+            held,
+        })
+    }
+
+    /// Passes over the bytes from `begin`, where the stream stands, to `end`, where the image begins.
+    pub(crate) fn skip(&mut self, begin: u64, end: u64, gate: &Gate) -> Result<(), String> {
+        let bytes = end - begin;
+        if self.is_packed {
+            gate.ask_unpacked(bytes, self.held, "the bytes before the voxels")?;
+        }
+        let skipped = self.copied(bytes)?;
+        if skipped < bytes {
+            return Err("vox_offset lies behind the end of the file".to_owned());
+        }
+        if !self.is_packed {
+            self.held = self.held.saturating_sub(end);
+        }
+        Ok(())
+    }
+
+    /// Passes over the volumes before the one that is read.
+    pub(crate) fn pass(&mut self, bytes: u64) -> Result<(), String> {
+        let passed = self.copied(bytes)?;
+        if passed < bytes {
+            return Err(format!(
+                "the data ends early: the volume begins behind {bytes} bytes, {passed} are there"
+            ));
+        }
+        Ok(())
+    }
+
+    /// Reads bytes and keeps none of them; how many there were.
+    fn copied(&mut self, bytes: u64) -> Result<u64, String> {
+        let copied = io::copy(&mut (&mut self.bytes).take(bytes), &mut io::sink());
+        copied.map_err(|error| decode::broken(&error))
+    }
+}
+
+fn is_gzip(path: &Path) -> Result<bool, Error> {
+    let mut head = Vec::new();
+    let read = File::take(open(path)?, GZIP_MAGIC.len() as u64).read_to_end(&mut head);
+    read.map_err(|source| cannot_read(path, source))?;
+    Ok(head == GZIP_MAGIC)
 }

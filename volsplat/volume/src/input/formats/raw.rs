@@ -6,9 +6,10 @@
 use std::path::Path;
 
 use crate::Error;
+use crate::input::decode;
+use crate::input::decode::Layout;
 use crate::input::decode::stored::Located;
-use crate::input::decode::{Layout, axes};
-use crate::input::{Parts, cannot_read, decode, invalid, open, open_sized};
+use crate::input::{Parts, cannot_read, invalid, open, open_sized};
 use crate::volume::{Endian, Lattice, VoxelType, voxel_count};
 
 /// How a headerless file is laid out.
@@ -69,7 +70,10 @@ pub(crate) fn locate(path: &Path, options: &RawOptions) -> Result<Located, Error
         ));
     }
     Ok(Located {
-        lattice: Lattice::unnamed(options.dims, axes::upright(options.spacing, options.origin)),
+        lattice: Lattice::unnamed(
+            options.dims,
+            decode::upright(options.spacing, options.origin),
+        ),
         voxel_type: options.voxel_type,
         endian: options.endian,
         files: vec![(path.to_owned(), options.skip_bytes)],

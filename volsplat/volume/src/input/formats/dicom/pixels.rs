@@ -1,19 +1,19 @@
 //! The numbers of a DICOM picture: plain, or packed frame by frame.
 //!
-//! Takes the elements of a file, gives the stored numbers of each frame, with the bits that do not count removed. Plain
+//! Takes the elements of a file, returns the stored numbers of each frame, with the bits that do not count removed. Plain
 //! data, deflated files and RLE are read here; JPEG (8 bits, and lossless up to 16), JPEG-LS and JPEG 2000 by crates,
 //! which check the size of the picture first, and whose panics are caught.
+//! A fragment of RLE begins with the number of planes of bytes and where each begins, the most significant bytes first; each is packed like
+//! PackBits (DICOM PS3.5, Annex G).
 
 use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use crate::input::decode;
 use crate::input::decode::Layout;
-use crate::input::fault::{Fault, unsupported};
-use crate::input::formats::dicom::dataset::{Dataset, PIXEL_DATA, Value};
-use crate::input::formats::dicom::elements::Meta;
+use crate::input::file::{Fault, unsupported};
+use crate::input::formats::dicom::elements::{Dataset, Meta, PIXEL_DATA, Value};
 use crate::input::formats::dicom::header::Kind;
-use crate::input::formats::dicom::rle;
 use crate::volume::{Endian, VoxelType, Voxels};
 
 /// How pictures are packed, by the UID of the transfer syntax.
@@ -159,7 +159,7 @@ fn packed_frames<'a>(fragments: &[&'a [u8]], count: usize) -> Result<Vec<Cow<'a,
 fn unpack(packing: Packing, packed: &[u8], kind: Kind) -> Result<Voxels, String> {
     if packing == Packing::Rle {
         let layout = layout(kind, Endian::Little);
-        let bytes = rle::unpack(packed, kind.frame_len(), layout.voxel_type.bytes())?;
+        let bytes = unpack_runs(packed, kind.frame_len(), layout.voxel_type.bytes())?;
         return decode::binary(&mut bytes.as_slice(), &layout);
     }
     if kind.frame_len() > packed.len().saturating_mul(PIXELS_PER_PACKED_BYTE) {
@@ -295,4 +295,130 @@ fn counting_bits(mut voxels: Voxels, kind: Kind) -> Voxels {
         Voxels::F32(_) | Voxels::F64(_) => {}
     }
     voxels
+}
+
+/// Bytes of the table in front of the planes: their number and fifteen places.
+const TABLE_BYTES: usize = 64;
+
+/// Unpacks a frame of `values` numbers of `bytes` bytes each; the result is little-endian.
+fn unpack_runs(fragment: &[u8], values: usize, bytes: usize) -> Result<Vec<u8>, String> {
+    let number = |at: usize| -> Option<usize> {
+        let four = fragment.get(4 * at..4 * at + 4)?;
+        Some(u32::from_le_bytes(four.try_into().ok()?) as usize)
+    };
+    if number(0) != Some(bytes) || fragment.len() < TABLE_BYTES {
+        return Err(format!(
+            "the RLE table is broken: expected {bytes} plane(s)"
+        ));
+    }
+    // Two packed bytes give at most 128.
+    if values.saturating_mul(bytes) > fragment.len().saturating_mul(64) {
+        return Err(format!(
+            "{} packed bytes cannot hold {values} values: the frame is cut off",
+            fragment.len()
+        ));
+    }
+    let mut frame = vec![0; values * bytes];
+    for plane in 0..bytes {
+        let begin = number(1 + plane).filter(|&begin| begin >= TABLE_BYTES);
+        let packed = begin.and_then(|begin| fragment.get(begin..));
+        let packed =
+            packed.ok_or_else(|| "a plane of the RLE table lies outside the frame".to_owned())?;
+        let mut places = (bytes - 1 - plane..frame.len()).step_by(bytes);
+        unpack_plane(
+            packed,
+            &mut |byte| places.next().map(|place| frame[place] = byte).is_some(),
+            values,
+        )?;
+    }
+    Ok(frame)
+}
+
+/// Hands out `count` bytes; `put` says whether there was a place for the byte.
+fn unpack_plane(
+    mut packed: &[u8],
+    put: &mut dyn FnMut(u8) -> bool,
+    count: usize,
+) -> Result<(), String> {
+    let cut = || "an RLE plane is cut off".to_owned();
+    let mut done = 0;
+    while done < count {
+        let (&control, rest) = packed.split_first().ok_or_else(cut)?;
+        let length = usize::from(control);
+        match length {
+            0..=127 => {
+                let (literal, after) = rest.split_at_checked(length + 1).ok_or_else(cut)?;
+                done += literal.iter().filter(|&&byte| put(byte)).count();
+                packed = after;
+            }
+            128 => packed = rest,
+            _ => {
+                let (&byte, after) = rest.split_first().ok_or_else(cut)?;
+                done += (0..257 - length).filter(|_| put(byte)).count();
+                packed = after;
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fragment(planes: &[&[u8]]) -> Vec<u8> {
+        let mut table = vec![planes.len() as u32];
+        let mut at = TABLE_BYTES as u32;
+        for plane in planes {
+            table.push(at);
+            at += plane.len() as u32;
+        }
+        table.resize(16, 0);
+        table
+            .iter()
+            .flat_map(|n| n.to_le_bytes())
+            .chain(planes.concat())
+            .collect()
+    }
+
+    #[test]
+    fn runs_and_literals_of_two_planes_are_woven() {
+        // High bytes: three times 1, then 2. Low bytes: 5 6 7 8, and an ignored 128.
+        let packed = fragment(&[&[254, 1, 0, 2], &[128, 3, 5, 6, 7, 8]]);
+        assert_eq!(
+            unpack_runs(&packed, 4, 2).expect("valid"),
+            [5, 1, 6, 1, 7, 1, 8, 2]
+        );
+        assert_eq!(
+            unpack_runs(&fragment(&[&[255, 9, 0]]), 2, 1).expect("a run to the end"),
+            [9, 9]
+        );
+    }
+
+    #[test]
+    fn broken_frames_are_refused() {
+        assert!(
+            unpack_runs(&fragment(&[&[254, 1]]), 4, 1)
+                .expect_err("short")
+                .contains("cut off")
+        );
+        assert!(
+            unpack_runs(&fragment(&[&[254, 1]]), 4, 2)
+                .expect_err("planes")
+                .contains("expected 2 plane")
+        );
+        assert!(
+            unpack_runs(&fragment(&[&[1, 1]]), 1 << 20, 1)
+                .expect_err("claim")
+                .contains("cannot hold")
+        );
+        assert!(unpack_runs(&[1, 0], 1, 1).is_err(), "no table");
+        let mut outside = fragment(&[&[0, 1]]);
+        outside[4..8].copy_from_slice(&900u32.to_le_bytes());
+        assert!(
+            unpack_runs(&outside, 1, 1)
+                .expect_err("outside")
+                .contains("outside")
+        );
+    }
 }

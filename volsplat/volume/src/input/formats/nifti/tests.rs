@@ -1,14 +1,9 @@
-//! NIfTI: small files of both versions, byte orders and forms, written here and read back.
+//! NIfTI: small files of both versions, byte orders and forms, of one volume and of several, written here and read back.
 
 use crate::Error;
 use crate::input::test_files::{Folder, gzip, survive_damage};
 use crate::input::{Format, LoadOptions, format_of, load};
-use crate::volume::Voxels;
-
-mod files;
-mod several;
-
-use files::Fields;
+use crate::volume::{Volume, Voxels};
 
 /// Code, expected voxels, and their bytes in either order.
 fn samples() -> Vec<(i16, Voxels, Vec<u8>, Vec<u8>)> {
@@ -309,4 +304,207 @@ fn damaged_files_are_refused_and_never_panic() {
     ]
     .concat();
     survive_damage(&file, &LoadOptions::default(), 1000);
+}
+
+/// The fields of a header that a test changes; the image has 2x1x2 voxels unless it says otherwise.
+#[derive(Clone, Copy)]
+pub(crate) struct Fields {
+    pub(crate) version: u8,
+    pub(crate) is_big: bool,
+    pub(crate) dim: [i64; 8],
+    pub(crate) datatype: i16,
+    pub(crate) pixdim: [f64; 8],
+    pub(crate) vox_offset: f64,
+    pub(crate) slope: f64,
+    inter: f64,
+    codes: [i16; 2],
+    pub(crate) quaternion: [f64; 6],
+    pub(crate) srow: [f64; 12],
+    is_pair: bool,
+}
+
+impl Fields {
+    pub(crate) fn new(version: u8, datatype: i16) -> Self {
+        Self {
+            version,
+            is_big: false,
+            dim: [3, 2, 1, 2, 0, 0, 0, 0],
+            datatype,
+            pixdim: [1.0, 2.0, 3.0, 4.0, 0.0, 0.0, 0.0, 0.0],
+            vox_offset: if version == 1 { 352.0 } else { 544.0 },
+            slope: 0.0,
+            inter: 0.0,
+            codes: [0, 0],
+            quaternion: [0.0; 6],
+            srow: [0.0; 12],
+            is_pair: false,
+        }
+    }
+
+    /// The header and the four bytes that say that no extension follows.
+    pub(crate) fn bytes(&self) -> Vec<u8> {
+        let length: usize = if self.version == 1 { 348 } else { 540 };
+        let mut head = Head {
+            bytes: vec![0; length + 4],
+            is_big: self.is_big,
+        };
+        head.put(0, &(length as u32).to_be_bytes());
+        let (kind, version) = (if self.is_pair { b'i' } else { b'+' }, b'0' + self.version);
+        let mark = [b'n', kind, version, 0];
+        if self.version == 1 {
+            head.bytes[344..348].copy_from_slice(&mark);
+            head.bytes[38] = b'r';
+            (0..8).for_each(|axis| head.put(40 + 2 * axis, &(self.dim[axis] as i16).to_be_bytes()));
+            head.put(70, &self.datatype.to_be_bytes());
+            head.floats(76, &self.pixdim);
+            head.floats(108, &[self.vox_offset, self.slope, self.inter]);
+            head.put(252, &self.codes[0].to_be_bytes());
+            head.put(254, &self.codes[1].to_be_bytes());
+            head.floats(256, &self.quaternion);
+            head.floats(280, &self.srow);
+        } else {
+            head.bytes[4..8].copy_from_slice(&mark);
+            head.bytes[8..12].copy_from_slice(b"\r\n\x1a\n");
+            head.put(12, &self.datatype.to_be_bytes());
+            (0..8).for_each(|axis| head.put(16 + 8 * axis, &self.dim[axis].to_be_bytes()));
+            head.doubles(104, &self.pixdim);
+            head.put(168, &(self.vox_offset as i64).to_be_bytes());
+            head.doubles(176, &[self.slope, self.inter]);
+            head.put(344, &i32::from(self.codes[0]).to_be_bytes());
+            head.put(348, &i32::from(self.codes[1]).to_be_bytes());
+            head.doubles(352, &self.quaternion);
+            head.doubles(400, &self.srow);
+        }
+        head.bytes
+    }
+
+    pub(crate) fn load(&self, data: &[u8]) -> Volume {
+        Folder::new()
+            .load(&[&self.bytes(), data])
+            .unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    pub(crate) fn refusal(&self, data: &[u8]) -> String {
+        Folder::new().refusal(&[&self.bytes(), data])
+    }
+}
+
+struct Head {
+    bytes: Vec<u8>,
+    is_big: bool,
+}
+
+impl Head {
+    /// Writes a number given most significant byte first.
+    fn put(&mut self, at: usize, number: &[u8]) {
+        let mut number = number.to_vec();
+        if !self.is_big {
+            number.reverse();
+        }
+        self.bytes[at..at + number.len()].copy_from_slice(&number);
+    }
+
+    fn floats(&mut self, at: usize, values: &[f64]) {
+        values
+            .iter()
+            .enumerate()
+            .for_each(|(i, &v)| self.put(at + 4 * i, &(v as f32).to_be_bytes()));
+    }
+
+    fn doubles(&mut self, at: usize, values: &[f64]) {
+        values
+            .iter()
+            .enumerate()
+            .for_each(|(i, &v)| self.put(at + 8 * i, &v.to_be_bytes()));
+    }
+}
+
+#[test]
+fn a_time_is_chosen_or_the_first_is_read_with_a_remark() {
+    let folder = Folder::new();
+    // Twelve bytes: three times of 2x1x2 voxels.
+    let series = Fields {
+        dim: [4, 2, 1, 2, 3, 0, 0, 0],
+        ..Fields::new(1, 2)
+    };
+    let file = [series.bytes(), (0..12).collect()].concat();
+    for (name, file) in [("a", file.clone()), ("b", gzip(&file))] {
+        let path = folder.write(name, &[&file]);
+        let at = |time| LoadOptions {
+            time,
+            ..LoadOptions::default()
+        };
+        for (time, first) in [(None, 0), (Some(0), 0), (Some(1), 4), (Some(2), 8)] {
+            let options = at(time);
+            let volume = load(&path, &options).expect("a good file");
+            let expected: Vec<u8> = (first..first + 4).collect();
+            assert_eq!(volume.voxels, Voxels::U8(expected), "time {time:?}");
+            let remarks = options.gate.remarks();
+            assert_eq!(remarks.len(), usize::from(time.is_none()), "{remarks:?}");
+            assert!(remarks.iter().all(|remark| remark.contains("#time=N")));
+        }
+        let text = load(&path, &at(Some(3))).expect_err("beyond").to_string();
+        assert!(text.contains("time=3: the file holds 3"), "{text}");
+    }
+    let cut = series.refusal(&[0; 11]);
+    assert!(
+        cut.contains("in 3 volumes, which are 12 bytes, but 11 are there"),
+        "{cut}"
+    );
+    let huge = Fields {
+        dim: [5, 2, 1, 2, i64::MAX, i64::MAX, 0, 0],
+        ..Fields::new(2, 2)
+    };
+    assert!(!huge.refusal(&[0; 4]).is_empty());
+    let six = Fields {
+        dim: [6, 1, 1, 1, 1, 1, 4, 0],
+        ..Fields::new(1, 2)
+    };
+    assert!(six.refusal(&[0; 4]).contains("dim[6] is 4"));
+    let one = Fields {
+        dim: [4, 2, 1, 2, 1, 0, 0, 0],
+        ..Fields::new(1, 2)
+    };
+    assert_eq!(one.load(&[1, 2, 3, 4]).dims, [2, 1, 2]);
+    let flat = Fields {
+        dim: [2, 2, 2, 0, 0, 0, 0, 0],
+        ..Fields::new(1, 2)
+    };
+    assert_eq!(flat.load(&[1, 2, 3, 4]).dims, [2, 2, 1]);
+}
+
+#[test]
+fn colours_and_vectors_have_components() {
+    let folder = Folder::new();
+    let component = |component| LoadOptions {
+        component: Some(component),
+        ..LoadOptions::default()
+    };
+    for (datatype, colours) in [(128, 3), (2304, 4)] {
+        let file = [Fields::new(1, datatype).bytes(), (0..4 * colours).collect()].concat();
+        let path = folder.write("colours", &[&file]);
+        for chosen in 0..colours {
+            let volume = load(&path, &component(usize::from(chosen))).expect("a good file");
+            let expected: Vec<u8> = (0..4).map(|voxel| voxel * colours + chosen).collect();
+            assert_eq!(volume.voxels, Voxels::U8(expected), "colour {chosen}");
+        }
+        let text = load(&path, &LoadOptions::default())
+            .expect_err("several")
+            .to_string();
+        assert!(text.contains("component=N"), "{text}");
+    }
+    let vectors = Fields {
+        dim: [5, 2, 1, 2, 1, 3, 0, 0],
+        ..Fields::new(1, 2)
+    };
+    let path = folder.write(
+        "vectors",
+        &[&vectors.bytes(), &(0..12).collect::<Vec<u8>>()],
+    );
+    let volume = load(&path, &component(2)).expect("a good file");
+    assert_eq!(
+        volume.voxels,
+        Voxels::U8(vec![8, 9, 10, 11]),
+        "one behind the other"
+    );
 }

@@ -1,13 +1,13 @@
-//! NRRD: small files of every encoding, byte order and form, written here and read back.
+//! NRRD: small files of every encoding, byte order and form, attached and detached, written here and read back.
 
 use std::io::Write;
 
+use glam::{DMat3, DVec3};
+
+use crate::Error;
 use crate::input::test_files::{Folder, gzip, survive_damage};
 use crate::input::{LoadOptions, load};
-use crate::volume::Voxels;
-
-mod detached;
-mod geometry;
+use crate::volume::{Volume, Voxels};
 
 fn bzip2(bytes: &[u8]) -> Vec<u8> {
     let mut encoder = bzip2::write::BzEncoder::new(Vec::new(), bzip2::Compression::default());
@@ -346,4 +346,334 @@ fn damaged_files_are_refused_and_never_panic() {
         &LoadOptions::default(),
         2000,
     );
+}
+
+fn volume(sizes: &str, fields: &str) -> Result<Volume, Error> {
+    let dimension = sizes.split(' ').count();
+    let count: usize = sizes
+        .split(' ')
+        .map(|size| size.parse::<usize>().expect("a number"))
+        .product();
+    let head = format!(
+        "NRRD0005\ntype: uint8\ndimension: {dimension}\nsizes: {sizes}\nencoding: raw\n{fields}\n"
+    );
+    Folder::new().load(&[head.as_bytes(), &vec![0; count]])
+}
+
+#[test]
+fn directions_and_origin_make_the_affine_map() {
+    let fields = "space: left-posterior-superior\nspace directions: (0,2,0) ( -3, 0, 0.5 ) (0,0,4)\nspace origin: (1,2,3)\n";
+    let volume = volume("2 3 4", fields).expect("valid");
+    let columns = DMat3::from_cols(
+        DVec3::new(0.0, 2.0, 0.0),
+        DVec3::new(-3.0, 0.0, 0.5),
+        DVec3::new(0.0, 0.0, 4.0),
+    );
+    assert_eq!(
+        volume.world_from_index.matrix3, columns,
+        "sheared directions are kept as they are"
+    );
+    assert_eq!(
+        volume.world_from_index.translation,
+        DVec3::new(1.0, 2.0, 3.0)
+    );
+    assert_eq!(volume.up_hint, Some(DVec3::Z));
+    assert_eq!(volume.space.as_deref(), Some("left-posterior-superior"));
+}
+
+#[test]
+fn spacings_stand_in_for_directions_and_nan_means_one() {
+    let volume = volume("2 3 4", "spacings: 0.5 nan 2\n").expect("valid");
+    assert_eq!(volume.spacing(), [0.5, 1.0, 2.0]);
+    assert_eq!(volume.up_hint, None);
+}
+
+#[test]
+fn anatomical_spaces_point_up_along_z() {
+    for (space, up) in [
+        ("RAS", Some(DVec3::Z)),
+        ("left-anterior-superior", Some(DVec3::Z)),
+        ("right-anterior-superior-time", Some(DVec3::Z)),
+        ("scanner-xyz", None),
+        ("3D-right-handed", None),
+    ] {
+        assert_eq!(
+            volume("1 1 1", &format!("space: {space}\n"))
+                .expect("valid")
+                .up_hint,
+            up,
+            "{space}"
+        );
+    }
+}
+
+#[test]
+fn pictures_and_lines_get_axes_of_size_one() {
+    let flat = volume("4 3", "spacings: 2 0.5\n").expect("valid");
+    assert_eq!((flat.dims, flat.spacing()), ([4, 3, 1], [2.0, 0.5, 0.5]));
+    let turned = volume(
+        "4 3",
+        "space dimension: 3\nspace directions: (0,0,1) (0,1,0)\n",
+    )
+    .expect("valid");
+    assert_eq!(
+        turned.world_from_index.matrix3.z_axis,
+        DVec3::new(-1.0, 0.0, 0.0)
+    );
+    let line = volume("4", "").expect("valid");
+    assert_eq!((line.dims, line.spacing()), ([4, 1, 1], [1.0, 1.0, 1.0]));
+}
+
+#[test]
+fn axes_of_size_one_are_dropped_and_longer_ones_refused() {
+    let colour = volume(
+        "1 4 3 2",
+        "kinds: vector domain domain domain\nspace directions: none (1,0,0) (0,2,0) (0,0,3)\n",
+    );
+    let colour = colour.expect("one component is a scalar");
+    assert_eq!(
+        (colour.dims, colour.spacing()),
+        ([4, 3, 2], [1.0, 2.0, 3.0])
+    );
+    assert_eq!(volume("4 3 2 1", "").expect("one time").dims, [4, 3, 2]);
+    let cases = [
+        (
+            "3 4 2",
+            "kinds: RGB-color domain domain\n",
+            "a voxel has 3 components",
+        ),
+        (
+            "4 3 2 5",
+            "kinds: space space space time\n",
+            "a voxel has 5 components",
+        ),
+        (
+            "6 4 3 2",
+            "space directions: none (1,0,0) (0,1,0) (0,0,1)\n",
+            "a voxel has 6 components",
+        ),
+        (
+            "3 4 2 5",
+            "kinds: RGB-color space space time\n",
+            "axis 3 of size 5 is time, and another axis",
+        ),
+        ("4 3 2 5", "", "4 axes are longer than 1"),
+    ];
+    for (sizes, fields, expected) in cases {
+        let error = volume(sizes, fields).expect_err("not a scalar volume");
+        assert!(matches!(error, Error::Unsupported { .. }), "{error}");
+        assert!(error.to_string().contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn faulty_geometry_is_refused() {
+    let cases = [
+        (
+            "space directions: (1,0,0) (0,1,0)\n",
+            "'space directions' has 2 entries",
+        ),
+        (
+            "space directions: (1,0,0) (0,1,0) (0,0,1\n",
+            "expected vectors such as",
+        ),
+        (
+            "space directions: (1,0,0) (0,1,0) (0,x,1)\n",
+            "expected vectors such as",
+        ),
+        ("space directions: (1,0,0) (0,1,0) (0,1,0)\n", "one plane"),
+        (
+            "space directions: (1,0,0) (0,1,0) (0,0,nan)\n",
+            "not finite",
+        ),
+        (
+            "space directions: (1,0,0) (0,1,0) (0,0,1,2)\n",
+            "vector of 4 components",
+        ),
+        (
+            "space directions: (1,0,0) (0,1,0) (5)\n",
+            "vector of 1 components",
+        ),
+        ("space origin: (1,0,0) (0,1,0)\n", "expected one vector"),
+        ("spacings: 1 0 1\n", "axis 1 of the volume has length 0"),
+        ("spacings: 1 two 1\n", "'spacings' holds 'two'"),
+    ];
+    for (fields, expected) in cases {
+        let text = volume("1 1 1", fields).expect_err("faulty").to_string();
+        assert!(text.contains(expected), "{fields}: {text}");
+    }
+}
+
+const HEAD: &str = "NRRD0005\ntype: uint8\ndimension: 3\nsizes: 2 1 2\n";
+
+fn voxels(folder: &Folder, fields: &str) -> Voxels {
+    let path = folder.write("test.nhdr", &[HEAD.as_bytes(), fields.as_bytes()]);
+    load(&path, &LoadOptions::default())
+        .unwrap_or_else(|error| panic!("{fields}: {error}"))
+        .voxels
+}
+
+fn refusal(folder: &Folder, fields: &str) -> Error {
+    let path = folder.write("test.nhdr", &[HEAD.as_bytes(), fields.as_bytes()]);
+    load(&path, &LoadOptions::default()).expect_err("this header must be refused")
+}
+
+#[test]
+fn one_file_relative_or_absolute() {
+    let folder = Folder::new();
+    let data = folder.write("my data.raw", &[&[1, 2, 3, 4]]);
+    let expected = Voxels::U8(vec![1, 2, 3, 4]);
+    assert_eq!(
+        voxels(&folder, "encoding: raw\ndata file: my data.raw\n"),
+        expected
+    );
+    assert_eq!(
+        voxels(&folder, "encoding: raw\ndatafile: ./my data.raw\n\nignored"),
+        expected
+    );
+    assert_eq!(
+        voxels(
+            &folder,
+            &format!("encoding: raw\ndata file: {}", data.display())
+        ),
+        expected
+    );
+}
+
+#[test]
+fn lines_and_bytes_are_skipped_before_or_behind_the_packing() {
+    let folder = Folder::new();
+    let expected = Voxels::U8(vec![1, 2, 3, 4]);
+    folder.write("skip.raw", &[b"one\ntwo\nxy", &[1, 2, 3, 4]]);
+    assert_eq!(
+        voxels(
+            &folder,
+            "encoding: raw\nline skip: 2\nbyte skip: 2\ndata file: skip.raw\n"
+        ),
+        expected
+    );
+    assert_eq!(
+        voxels(
+            &folder,
+            "encoding: raw\nbyteskip: -1\ndata file: skip.raw\n"
+        ),
+        expected
+    );
+    folder.write("skip.gz", &[b"one\n", &gzip(&[9, 9, 1, 2, 3, 4])]);
+    assert_eq!(
+        voxels(
+            &folder,
+            "encoding: gzip\nlineskip: 1\nbyte skip: 2\ndata file: skip.gz\n"
+        ),
+        expected,
+        "lines are skipped before unpacking, bytes after it"
+    );
+    folder.write("skip.bz2", &[&bzip2(&[9, 9, 1, 2, 3, 4])]);
+    assert_eq!(
+        voxels(
+            &folder,
+            "encoding: bzip2\nbyte skip: 2\ndata file: skip.bz2\n"
+        ),
+        expected
+    );
+    folder.write("skip.txt", &[b"a title\n1 2 3 4\n"]);
+    assert_eq!(
+        voxels(
+            &folder,
+            "encoding: text\nline skip: 1\ndata file: skip.txt\n"
+        ),
+        expected
+    );
+    let text = refusal(
+        &folder,
+        "encoding: raw\nline skip: 9\ndata file: skip.txt\n",
+    )
+    .to_string();
+    assert!(text.contains("there are only 2 lines"), "{text}");
+    let text = refusal(
+        &folder,
+        "encoding: bzip2\nbyte skip: 99\ndata file: skip.bz2\n",
+    )
+    .to_string();
+    assert!(text.contains("unpacked data has 6 bytes"), "{text}");
+}
+
+#[test]
+fn lists_and_series_are_joined_in_order() {
+    let folder = Folder::new();
+    folder.write("a.raw", &[&[1, 2]]);
+    folder.write("b 2.raw", &[&[3, 4]]);
+    let expected = Voxels::U8(vec![1, 2, 3, 4]);
+    assert_eq!(
+        voxels(&folder, "encoding: raw\ndata file: LIST\na.raw\nb 2.raw\n"),
+        expected
+    );
+    assert_eq!(
+        voxels(
+            &folder,
+            "encoding: raw\ndata file: LIST 3\r\na.raw\r\nb 2.raw\r\n"
+        ),
+        expected
+    );
+    folder.write("s 010.gz", &[&gzip(&[1, 2])]);
+    folder.write("s 008.gz", &[&gzip(&[3, 4])]);
+    assert_eq!(
+        voxels(&folder, "encoding: gzip\ndata file: s %03d.gz 10 8 -2\n"),
+        expected
+    );
+    assert_eq!(
+        voxels(&folder, "encoding: gzip\ndata file: s %03d.gz 10 8 -2 2\n"),
+        expected
+    );
+    folder.write("n9.raw", &[&[1, 2]]);
+    folder.write("n10.raw", &[&[3, 4]]);
+    assert_eq!(
+        voxels(&folder, "encoding: raw\ndata file: n%d.raw 9 10 1 1\n"),
+        expected
+    );
+}
+
+#[test]
+fn faulty_data_files_are_refused_by_name() {
+    let folder = Folder::new();
+    folder.write("a.raw", &[&[1, 2]]);
+    let error = refusal(&folder, "encoding: raw\ndata file: absent.raw\n");
+    assert!(
+        matches!(&error, Error::Read { path, .. } if path.ends_with("absent.raw")),
+        "{error}"
+    );
+    let cases = [
+        (
+            "encoding: raw\ndata file: a.raw\n",
+            "a.raw: 4 values of u8 need 4 bytes after skipping 0, there are 2",
+        ),
+        (
+            "encoding: raw\ndata file: LIST\na.raw\n",
+            "names 1 files of dimension 2",
+        ),
+        (
+            "encoding: raw\ndata file: LIST 4\na.raw\n",
+            "must be 1 to 3",
+        ),
+        ("encoding: raw\ndata file: x%03d 1 9 1\n", "names 9 files"),
+        (
+            "encoding: raw\ndata file: x%03d 1 2000000000 1\n",
+            "at most 100000",
+        ),
+        ("encoding: raw\ndata file: x%03d 1 9 0\n", "never reaches"),
+        ("encoding: raw\ndata file: x%03d 9 1 2\n", "never reaches"),
+        (
+            "encoding: raw\ndata file: x%s 1 2 1\n",
+            "expected one such as %03d",
+        ),
+        (
+            "encoding: raw\ndata file: x%0999999999d 1 2 1\n",
+            "expected one such as %03d",
+        ),
+        ("encoding: raw\ndata file:\n", "expected a file name"),
+    ];
+    for (fields, expected) in cases {
+        let text = refusal(&folder, fields).to_string();
+        assert!(text.contains(expected), "{fields}: {text}");
+    }
 }

@@ -7,7 +7,7 @@
 use glam::{DAffine3, DMat3, DVec3};
 use roxmltree::{Document, Node};
 
-use crate::input::fault::{Fault, excerpt, unsupported};
+use crate::input::file::{Fault, excerpt, unsupported};
 use crate::volume::{Endian, VoxelType};
 
 /// An image and its chosen array.

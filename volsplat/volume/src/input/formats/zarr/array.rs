@@ -4,15 +4,33 @@
 
 use std::path::Path;
 
+use resample_io::files::read_small;
 use serde_json::Value;
 
 use crate::Error;
-use crate::input::fault::{Fault, unsupported};
-use crate::input::formats::zarr::boxes::len;
+use crate::input::file::{Fault, unsupported};
 use crate::input::formats::zarr::codecs::{Codecs, Packing, Shard};
-use crate::input::formats::zarr::metadata::json;
-use crate::input::invalid;
+use crate::input::formats::zarr::unpacked::len;
+use crate::input::{cannot_read, invalid};
 use crate::volume::{Endian, VoxelType};
+
+/// Largest file of metadata, bytes: consolidated metadata of a whole screen has a few megabytes. A guess.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// Reads a file of metadata; `None` where the file is missing.
+pub(crate) fn json(path: &Path) -> Result<Option<Value>, Error> {
+    let text = match read_small(path, MAX_BYTES) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(source) => return Err(cannot_read(path, source)),
+    };
+    let value: Value = serde_json::from_slice(&text)
+        .map_err(|error| invalid(path, format!("not JSON: {error}")))?;
+    if !value.is_object() {
+        return Err(invalid(path, "expected a JSON object of metadata"));
+    }
+    Ok(Some(value))
+}
 
 /// An array.
 #[derive(Debug)]
@@ -41,7 +59,7 @@ impl Array {
 
     /// The bytes of this many elements that were never written.
     pub(crate) fn filled(&self, count: usize) -> Result<Vec<u8>, String> {
-        super::codecs::filled(&self.fill, count)
+        crate::input::formats::zarr::codecs::filled(&self.fill, count)
     }
 }
 

@@ -1,23 +1,127 @@
-//! The pages of one TIFF file: what they are, and their values.
+//! Stacks of TIFF pictures: one file of many pages, or files of one page.
 //!
-//! A first pass reads the directories only. It holds all pages to the first one and compares the bytes that they
-//! promise with what a file of this length can unpack to, so that the second pass allocates no more than that.
+//! Takes paths in the order of the slices, returns the parts of a volume. A first pass reads the directories only. It holds all pages to
+//! the first one and compares the bytes that they promise with what a file of this length can unpack to, so that the second pass, which
+//! decodes, allocates no more than that.
+//!
+//! Spacing is taken from the description of the first page, else it is 1: the resolution alone is meant for printers.
+//! ImageJ writes lines such as `slices=27` and `spacing=2.5`; with a `unit`, the resolution of the page is in pixels per
+//! that unit. OME writes XML, whose element Pixels has the physical size of a voxel. Both say how many channels and
+//! times there are, and more than one of either is refused. Source: TIFF 6.0 and BigTIFF; the decoder is the crate `tiff`.
+//! Limits: grey values of 8 to 64 bits, half precision included; of colours of 8 or 16 bits one component, interleaved; no palettes;
+//! one channel, one time.
 
 use std::fmt;
 use std::fs::File;
 use std::io::BufReader;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use glam::DVec3;
+use resample_io::Gate;
 use resample_io::tiff::GREATEST_EXPANSION;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::{CompressionMethod, PhotometricInterpretation, PlanarConfiguration, Tag};
 use tiff::{ColorType, TiffError};
 
 use crate::Error;
-use crate::input::fault::{Fault, unsupported};
-use crate::input::formats::tiff_stack::description;
-use crate::input::{cannot_read, decode, open};
-use crate::volume::Voxels;
+use crate::input::decode::component::chosen;
+use crate::input::file::{Fault, excerpt, unsupported};
+use crate::input::{Parts, cannot_read, decode, invalid, open};
+use crate::volume::{Lattice, Voxels};
+
+pub(crate) use resample_io::tiff::begins;
+
+/// How many slices a TIFF file holds; `None` where it holds no slices of a volume, such as colours of a palette.
+pub fn pages_of(path: &Path) -> Option<usize> {
+    Pages::look_at(path, 1).ok().map(|pages| pages.count)
+}
+
+/// How many colours a pixel has; `None` where it is grey.
+pub(crate) fn colours(paths: &[PathBuf]) -> Result<Option<usize>, Error> {
+    let Some(first) = paths.first() else {
+        return Ok(None);
+    };
+    let components = Pages::look_at(first, paths.len())?.kind.components;
+    Ok((components > 1).then_some(components))
+}
+
+/// Reads the slices of one file or of several; of colours, one component.
+pub(crate) fn load(
+    paths: &[PathBuf],
+    component: Option<usize>,
+    gate: &Gate,
+) -> Result<Parts, Error> {
+    let mut stack: Option<Stack> = None;
+    let mut bytes = 0u64;
+    for path in paths {
+        let pages = Pages::look_at(path, paths.len())?;
+        bytes = bytes.saturating_add(pages.bytes());
+        let asked = gate
+            .ask_unpacked(pages.bytes(), pages.held, "the pages")
+            .and_then(|()| gate.ask(bytes, "the slices"));
+        asked.map_err(|what| invalid(path, what))?;
+        let component = chosen(component, pages.kind.components).map_err(|fault| fault.at(path))?;
+        match &mut stack {
+            None => stack = Some(Stack::begin(&pages, path, component)?),
+            Some(stack) => stack.add(&pages, path)?,
+        }
+    }
+    let stack = stack.ok_or_else(|| invalid(Path::new(""), "no slices"))?;
+    Ok(Parts {
+        lattice: Lattice {
+            // Rows run from the top of a picture down.
+            up_hint: Some(DVec3::NEG_Y),
+            ..Lattice::unnamed(
+                [stack.kind.width, stack.kind.height, stack.depth],
+                decode::upright(stack.spacing, [0.0; 3]),
+            )
+        },
+        voxels: stack.voxels,
+    })
+}
+
+/// The slices read so far.
+struct Stack {
+    kind: Kind,
+    /// The one that is read.
+    component: usize,
+    depth: usize,
+    voxels: Voxels,
+    spacing: [f64; 3],
+}
+
+impl Stack {
+    fn begin(pages: &Pages, path: &Path, component: usize) -> Result<Self, Error> {
+        let spacing = pages.spacing().map_err(|fault| fault.at(path))?;
+        Ok(Self {
+            kind: pages.kind,
+            component,
+            depth: pages.count,
+            voxels: pages.decode(path, component)?,
+            spacing,
+        })
+    }
+
+    fn add(&mut self, pages: &Pages, path: &Path) -> Result<(), Error> {
+        if pages.kind != self.kind {
+            let what = format!(
+                "a slice of {}, but the slices before it are {}",
+                pages.kind, self.kind
+            );
+            return Err(invalid(path, what));
+        }
+        let slices = pages.decode(path, self.component)?;
+        if !decode::same_type(&self.voxels, &slices) {
+            return Err(invalid(
+                path,
+                "a slice of another number type than the slices before it",
+            ));
+        }
+        decode::append(&mut self.voxels, slices);
+        self.depth += pages.count;
+        Ok(())
+    }
+}
 
 /// Size and type of a page; all pages of a stack have the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +159,7 @@ impl fmt::Display for Kind {
 }
 
 /// The facts of a file's directories.
-pub(crate) struct Pages {
+struct Pages {
     pub(crate) kind: Kind,
     pub(crate) count: usize,
     /// Length of the file, bytes.
@@ -72,7 +176,7 @@ const MAX_TAG_BYTES: u64 = 1 << 26;
 
 impl Pages {
     /// Reads the directories of a file that is one of `files`.
-    pub(crate) fn look_at(path: &Path, files: usize) -> Result<Self, Error> {
+    fn look_at(path: &Path, files: usize) -> Result<Self, Error> {
         let file = open(path)?;
         let held = file
             .metadata()
@@ -89,7 +193,7 @@ impl Pages {
     /// World distance between voxels along x, y and z.
     pub(crate) fn spacing(&self) -> Result<[f64; 3], Fault> {
         let text = self.description.as_deref().unwrap_or_default();
-        description::spacing(text, self.resolution, self.count)
+        spacing(text, self.resolution, self.count)
     }
 
     /// One component of all pages, one after the other.
@@ -136,7 +240,7 @@ impl Pages {
 fn look_at(file: File, held: u64, files: usize) -> Result<Pages, Fault> {
     let limits = limits(held);
     let mut decoder = opened(file, limits.clone())?;
-    let kind = kind(&mut decoder, 0)?;
+    let kind = kind_of(&mut decoder, 0)?;
     let bytes = kind.bytes();
     let mut pages = Pages {
         kind,
@@ -158,8 +262,8 @@ fn look_at(file: File, held: u64, files: usize) -> Result<Pages, Fault> {
         decoder
             .next_image()
             .map_err(|error| fault_of_page(pages.count, &error))?;
-        if self::kind(&mut decoder, pages.count)? != kind {
-            let (page, other) = (pages.count, self::kind(&mut decoder, pages.count)?);
+        if kind_of(&mut decoder, pages.count)? != kind {
+            let (page, other) = (pages.count, kind_of(&mut decoder, pages.count)?);
             return Err(unsupported(format!(
                 "page {page} has {other}, page 0 has {kind}: all slices of a stack must be alike (previews and \
                  pyramids are not read)"
@@ -195,7 +299,7 @@ fn opened(file: File, limits: Limits) -> Result<Decoder<BufReader<File>>, Fault>
     Ok(decoder.with_limits(limits))
 }
 
-fn kind(decoder: &mut Decoder<BufReader<File>>, page: usize) -> Result<Kind, Fault> {
+fn kind_of(decoder: &mut Decoder<BufReader<File>>, page: usize) -> Result<Kind, Fault> {
     let fault = |error| fault_of_page(page, &error);
     let photometric = decoder
         .find_tag_unsigned::<u16>(Tag::PhotometricInterpretation)
@@ -313,3 +417,97 @@ fn fault_of_page(page: usize, error: &TiffError) -> Fault {
         _ => Fault::Invalid(what),
     }
 }
+
+/// World distance between voxels along x, y and z: 1 where nothing is known.
+///
+/// `resolution` is in pixels per unit; `pages` is the number of pages in the file.
+pub(crate) fn spacing(
+    text: &str,
+    resolution: [Option<f64>; 2],
+    pages: usize,
+) -> Result<[f64; 3], Fault> {
+    if text.starts_with("ImageJ=") {
+        return image_j(text, resolution, pages);
+    }
+    if text.trim_start().starts_with('<') && text.contains("<OME") {
+        return ome(text);
+    }
+    Ok([1.0; 3])
+}
+
+fn image_j(text: &str, resolution: [Option<f64>; 2], pages: usize) -> Result<[f64; 3], Fault> {
+    let value = |key: &str| {
+        let found = text
+            .lines()
+            .filter_map(|line| line.split_once('='))
+            .find(|(name, _)| name.trim() == key);
+        found.map(|(_, value)| value.trim())
+    };
+    let count = |key: &str| {
+        value(key)
+            .and_then(|text| text.parse::<usize>().ok())
+            .unwrap_or(1)
+    };
+    refuse_many(count("channels"), count("frames"))?;
+    let images = count("images");
+    if images > pages {
+        return Err(unsupported(format!(
+            "ImageJ says {images} images, but the file lists {pages}, as it does for stacks beyond 4 GB: \
+             save it as BigTIFF, NRRD or as single slices"
+        )));
+    }
+    let mut spacing = [1.0; 3];
+    if value("unit").is_some_and(|unit| !unit.is_empty() && unit != "pixel") {
+        for (length, per_unit) in spacing.iter_mut().zip(resolution) {
+            *length = per_unit
+                .map(|per_unit| 1.0 / per_unit)
+                .filter(is_length)
+                .unwrap_or(1.0);
+        }
+    }
+    if let Some(text) = value("spacing") {
+        let parsed = text.parse().map(f64::abs).ok().filter(is_length);
+        spacing[2] = parsed
+            .ok_or_else(|| format!("spacing={}: expected a length above 0", excerpt(text)))?;
+    }
+    Ok(spacing)
+}
+
+fn ome(text: &str) -> Result<[f64; 3], Fault> {
+    let document = roxmltree::Document::parse(text)
+        .map_err(|error| format!("the OME description is broken XML: {error}"))?;
+    let Some(pixels) = document
+        .descendants()
+        .find(|node| node.has_tag_name("Pixels"))
+    else {
+        return Ok([1.0; 3]);
+    };
+    let count = |name: &str| {
+        pixels
+            .attribute(name)
+            .and_then(|text| text.parse::<usize>().ok())
+            .unwrap_or(1)
+    };
+    refuse_many(count("SizeC"), count("SizeT"))?;
+    let length = |name: &str| {
+        let parsed = pixels.attribute(name).and_then(|text| text.parse().ok());
+        parsed.filter(is_length).unwrap_or(1.0)
+    };
+    Ok(["PhysicalSizeX", "PhysicalSizeY", "PhysicalSizeZ"].map(length))
+}
+
+fn refuse_many(channels: usize, times: usize) -> Result<(), Fault> {
+    if channels <= 1 && times <= 1 {
+        return Ok(());
+    }
+    Err(unsupported(format!(
+        "{channels} channel(s) and {times} time(s): save one channel at one time as a stack of its own"
+    )))
+}
+
+fn is_length(length: &f64) -> bool {
+    *length > 0.0 && length.is_finite()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,18 +1,269 @@
-//! The arrays of a legacy VTK file, one behind the other.
+//! VTK's legacy files, `.vtk`: STRUCTURED_POINTS as text or binary.
 //!
-//! Takes a stream that stands behind the top, finds an array by the line in front of it, and reads or passes over its
-//! numbers. What is no array of values (tables of colours, fields about the whole, metadata) is passed over.
+//! Takes a path, returns the parts of a volume. Lines at the top say how the image lies; then come arrays,
+//! each with a line in front, of which one is read: the one that the caller names, or the first. Anything that is no array of values
+//! (tables of colours, fields about the whole, metadata) is skipped. Binary numbers are big-endian. Values of cells stand at their centres.
+//! Source: VTK File Formats, "Simple Legacy Formats". Limits: grids with one spacing along each axis; no bits.
 
 use std::io;
-use std::io::{BufRead, Read};
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
 
-use super::head::Centring;
+use glam::{DAffine3, DMat3, DVec3};
+use resample_io::Gate;
+
+use crate::Error;
 use crate::input::decode;
-use crate::input::decode::Layout;
 use crate::input::decode::component::Interleaved;
-use crate::input::fault::{Fault, excerpt, unsupported};
-use crate::input::lines::Lines;
-use crate::volume::{VoxelType, Voxels};
+use crate::input::decode::{Layout, component};
+use crate::input::file::{Fault, Lines, Parts, excerpt, open_sized, unsupported};
+use crate::input::formats::vti::{CELLS_REMARK, others_remark};
+use crate::volume::{Endian, Lattice, VoxelType, Voxels, voxel_count};
+
+/// The first bytes of every file.
+pub(crate) const MAGIC: &[u8] = b"# vtk DataFile";
+
+/// The caller's choice.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Choice<'a> {
+    /// Name of the array.
+    pub(crate) array: Option<&'a str>,
+    /// Component of each value, counted from 0.
+    pub(crate) component: Option<usize>,
+}
+
+/// How many colours a value of the array has; `None` where it is no colour.
+pub(crate) fn colours(path: &Path, array: Option<&str>) -> Result<Option<usize>, Error> {
+    let (file, held) = open_sized(path)?;
+    let found = || -> Result<Array, Fault> {
+        let mut bytes = BufReader::new(file);
+        let head = Head::read(&mut bytes)?;
+        Arrays::new(&mut bytes, held, head.is_binary).find(array)
+    };
+    let array = found().map_err(|fault| fault.at(path))?;
+    let is_colour = array.voxel_type == VoxelType::U8 && matches!(array.components, 3 | 4);
+    Ok(is_colour.then_some(array.components))
+}
+
+/// The names of all arrays of a file.
+pub(crate) fn array_names(path: &Path) -> Result<Vec<String>, Error> {
+    let (file, held) = open_sized(path)?;
+    let mut bytes = BufReader::new(file);
+    let head = Head::read(&mut bytes).map_err(|fault| fault.at(path))?;
+    Ok(Arrays::new(&mut bytes, held, head.is_binary).names())
+}
+
+pub(crate) fn load(path: &Path, choice: Choice, gate: &Gate) -> Result<Parts, Error> {
+    let (file, held) = open_sized(path)?;
+    let mut bytes = BufReader::new(file);
+    let read = || -> Result<(Parts, Vec<String>), Fault> {
+        let head = Head::read(&mut bytes)?;
+        let arrays = Arrays::new(&mut bytes, held, head.is_binary);
+        read(&head, arrays, choice, gate)
+    };
+    let (parts, remarks) = { read }().map_err(|fault| fault.at(path))?;
+    let name = path.display();
+    for remark in remarks {
+        gate.remark(format!("{name}: {remark}"));
+    }
+    Ok(parts)
+}
+
+/// The chosen array on its grid, and remarks on what was decided.
+fn read(
+    head: &Head,
+    mut arrays: Arrays,
+    choice: Choice,
+    gate: &Gate,
+) -> Result<(Parts, Vec<String>), Fault> {
+    let array = arrays.find(choice.array)?;
+    let chosen = component::chosen(choice.component, array.components)?;
+    let (dims, first) = head.grid(array.centring);
+    let layout = Layout {
+        voxel_type: array.voxel_type,
+        endian: Endian::Big,
+        count: voxel_count(dims)?,
+    };
+    if array.tuples != layout.count {
+        let [x, y, z] = dims;
+        return Err(Fault::Invalid(format!(
+            "the array '{}' has {} values, but DIMENSIONS make {x}x{y}x{z}: expected {}",
+            excerpt(&array.name),
+            array.tuples,
+            layout.count
+        )));
+    }
+    gate.ask(layout.bytes()?, "the voxels")?;
+    let voxels = arrays.values(&array, &layout, chosen)?;
+    let mut remarks = Vec::new();
+    if array.centring == Centring::Cells {
+        remarks.push(CELLS_REMARK.to_owned());
+    }
+    if choice.array.is_none() {
+        remarks.extend(others_remark(&array.name, &arrays.names()));
+    }
+    let axes = DMat3::from_diagonal(head.spacing);
+    let map = DAffine3::from_mat3_translation(axes, head.origin + axes * first);
+    let lattice = Lattice::unnamed(dims, map);
+    Ok((Parts { lattice, voxels }, remarks))
+}
+
+/// Where the values of an array stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Centring {
+    Points,
+    Cells,
+}
+
+/// The facts of the top.
+pub(crate) struct Head {
+    /// Points along x, y and z.
+    points: [usize; 3],
+    pub(crate) origin: DVec3,
+    pub(crate) spacing: DVec3,
+    pub(crate) is_binary: bool,
+}
+
+/// The kinds of data that are no image, and what to do with them.
+const OTHER_KINDS: [(&str, &str); 4] = [
+    (
+        "RECTILINEAR_GRID",
+        "its spacing changes along an axis: resample it to an image (ParaView: Resample To Image)",
+    ),
+    (
+        "STRUCTURED_GRID",
+        "its points lie anywhere: resample it to an image (ParaView: Resample To Image)",
+    ),
+    (
+        "UNSTRUCTURED_GRID",
+        "unstructured grids are not supported; resample to an image (ParaView: Resample To Image)",
+    ),
+    (
+        "POLYDATA",
+        "it is a mesh: save it as PLY or STL, which the command texmap draws",
+    ),
+];
+
+/// Most points along an axis: the library that writes this format counts them in 32 bits.
+const MOST_POINTS: f64 = i32::MAX as f64;
+
+impl Head {
+    /// Reads up to the last line that places the image.
+    pub(crate) fn read(bytes: &mut dyn BufRead) -> Result<Self, Fault> {
+        let mut lines = Lines::new(bytes);
+        let mut next = |what: &str| {
+            lines
+                .next()?
+                .ok_or_else(|| Fault::Invalid(format!("the file ends where {what} is expected")))
+        };
+        // The mark, and a title of any kind.
+        next("its mark")?;
+        next("its title")?;
+        let coding = next("ASCII or BINARY")?;
+        let is_binary = match coding.trim().to_uppercase().as_str() {
+            "ASCII" => false,
+            "BINARY" => true,
+            other => {
+                return Err(Fault::Invalid(format!(
+                    "line 3 is '{}': expected ASCII or BINARY",
+                    excerpt(other)
+                )));
+            }
+        };
+        let (mut points, mut origin, mut spacing) = (None, None, None);
+        let mut has_kind = false;
+        while points.is_none() || origin.is_none() || spacing.is_none() {
+            let line = next("DIMENSIONS, ORIGIN or SPACING")?;
+            let mut words = line.split_ascii_whitespace();
+            let Some(word) = words.next() else { continue };
+            let three = || numbers(&line, word);
+            match word.to_uppercase().as_str() {
+                "DATASET" => {
+                    check_kind(words.next().unwrap_or_default())?;
+                    has_kind = true;
+                }
+                _ if !has_kind => {
+                    return Err(Fault::Invalid(format!(
+                        "'{}': expected DATASET",
+                        excerpt(&line)
+                    )));
+                }
+                "DIMENSIONS" => points = Some(three()?),
+                "ORIGIN" => origin = Some(three()?),
+                "SPACING" | "ASPECT_RATIO" => spacing = Some(three()?),
+                _ => {
+                    return Err(Fault::Invalid(format!(
+                        "'{}': expected DIMENSIONS, ORIGIN or SPACING before the data",
+                        excerpt(&line)
+                    )));
+                }
+            }
+        }
+        let [points, origin, spacing] = [points, origin, spacing].map(Option::unwrap_or_default);
+        Ok(Self {
+            points: sizes(points)?,
+            origin: DVec3::from_array(origin),
+            spacing: DVec3::from_array(spacing),
+            is_binary,
+        })
+    }
+
+    /// Number of values along x, y and z, and the index of the first among the points. Cells are one less than points along
+    /// an axis, and stand half a step further.
+    pub(crate) fn grid(&self, centring: Centring) -> ([usize; 3], DVec3) {
+        let (mut dims, mut first) = (self.points, DVec3::ZERO);
+        for axis in 0..3 {
+            if centring == Centring::Cells && dims[axis] > 1 {
+                dims[axis] -= 1;
+                first[axis] = 0.5;
+            }
+        }
+        (dims, first)
+    }
+}
+
+fn check_kind(kind: &str) -> Result<(), Fault> {
+    if kind.eq_ignore_ascii_case("STRUCTURED_POINTS") {
+        return Ok(());
+    }
+    let known = OTHER_KINDS
+        .iter()
+        .find(|(name, _)| kind.eq_ignore_ascii_case(name));
+    Err(match known {
+        Some((name, advice)) => unsupported(format!("the data set is a {name}: {advice}")),
+        None => Fault::Invalid(format!(
+            "the data set is '{}': expected STRUCTURED_POINTS",
+            excerpt(kind)
+        )),
+    })
+}
+
+fn numbers(line: &str, word: &str) -> Result<[f64; 3], Fault> {
+    let found: Option<Vec<f64>> = line
+        .split_ascii_whitespace()
+        .skip(1)
+        .map(|word| word.parse().ok().filter(|value: &f64| value.is_finite()))
+        .collect();
+    found
+        .and_then(|found| found.try_into().ok())
+        .ok_or_else(|| {
+            Fault::Invalid(format!(
+                "'{}': expected three numbers behind {word}",
+                excerpt(line)
+            ))
+        })
+}
+
+fn sizes(points: [f64; 3]) -> Result<[usize; 3], Fault> {
+    let is_size = |size: &f64| size.fract() == 0.0 && (1.0..=MOST_POINTS).contains(size);
+    if points.iter().all(is_size) {
+        Ok(points.map(|size| size as usize))
+    } else {
+        Err(Fault::Invalid(format!(
+            "DIMENSIONS are {points:?}: expected three whole numbers from 1 on"
+        )))
+    }
+}
 
 /// An array.
 #[derive(Clone, Debug)]
@@ -20,7 +271,7 @@ pub(crate) struct Array {
     pub(crate) name: String,
     pub(crate) voxel_type: VoxelType,
     pub(crate) components: usize,
-    pub(crate) tuples: usize,
+    tuples: usize,
     pub(crate) centring: Centring,
     /// True if a text has shares of 255 where bytes are meant, as colours are written.
     has_shares: bool,
@@ -30,7 +281,7 @@ pub(crate) struct Array {
 const MOST_COMPONENTS: usize = 1 << 16;
 
 /// The arrays that follow.
-pub(crate) struct Arrays<'a> {
+struct Arrays<'a> {
     bytes: &'a mut dyn BufRead,
     /// Length of the file, bytes.
     held: u64,
@@ -100,7 +351,7 @@ impl<'a> Arrays<'a> {
         };
         if self.is_binary {
             let bytes = self.bytes_of(array)?;
-            return Ok(decode::component(
+            return Ok(component(
                 (&mut *self.bytes).take(bytes),
                 layout,
                 interleaved,
@@ -364,3 +615,6 @@ fn voxel_type(name: &str, kind: &str) -> Result<VoxelType, Fault> {
         }
     })
 }
+
+#[cfg(test)]
+mod tests;
