@@ -33,13 +33,13 @@
 
 // In the order in which data flow.
 mod look;
-mod grid;
+pub(crate) mod grid;
 mod light;
 mod slabs;
 mod bricks;
 pub mod large;
-mod picture;
-mod field;
+pub(crate) mod picture;
+pub(crate) mod field;
 mod paper;
 pub mod render;
 pub mod stats;

@@ -13,15 +13,15 @@ use resample_volume::volume::{Described, Lattice};
 
 use crate::bricks::rescale::{Narrowed, Narrowing};
 use crate::field::{FieldPipeline, Kept, Layer, layers_refused};
-use crate::grid::units::check_distance;
+use crate::grid::check_distance;
 use crate::large::LargeVolume;
 use crate::look::clip::Clip;
 use crate::look::options::{DepthPlane, Order, RenderOptions};
 use crate::look::scene::Scene;
 use crate::look::transfer::TransferFunction;
 use crate::paper::{EverySample, KernelSheets, Painting};
-use crate::picture::assemble::picture;
-use crate::picture::tiles::TileSlot;
+use crate::picture::TileSlot;
+use crate::picture::picture;
 use crate::stats::FrameStats;
 use crate::{Error, Volume};
 use resample_core::Reuse;

@@ -3,11 +3,17 @@
 //! The view is bounded by five planes in camera space: the near plane and the four sides of the picture, moved out by
 //! the reach of the pixel filter. A brick is dropped when its box, grown by the kernel radius, lies wholly behind one
 //! of them: never too early, sometimes too late near an edge of the view, where the tiles then drop its samples.
+//!
+//! Culling: the bricks that may reach into the view.
 
 use glam::DVec3;
+use rayon::prelude::*;
+use resample_core::clock::StageClock;
 use resample_core::{Camera, GridView, Projection};
 
-use crate::grid::bounds::Bounds;
+use crate::bricks::cells::CellBrick;
+use crate::grid::Bounds;
+use crate::stats::FrameStats;
 
 /// Pixels around the picture from which a point still reaches into it (the pixel filter has four taps).
 const MARGIN_PX: f64 = 2.0;
@@ -67,4 +73,47 @@ impl ViewVolume {
             .iter()
             .all(|(n, offset)| n.dot(pos_in_grid) + offset + self.radius * n.length() > 0.0)
     }
+}
+
+/// A brick of either kind, as culling and chunking see it.
+pub(crate) trait BrickOfSamples: Sync {
+    /// Where its samples lie.
+    fn bounds(&self) -> &Bounds;
+    /// How many there are.
+    fn sample_count(&self) -> usize;
+}
+
+impl BrickOfSamples for CellBrick {
+    fn bounds(&self) -> &Bounds {
+        &self.bounds
+    }
+
+    /// Cells in the box of the visible ones: what a brick out of view spares.
+    fn sample_count(&self) -> usize {
+        let [low, high] = self.bounds.range();
+        (0..3)
+            .map(|axis| usize::from(high[axis] - low[axis]))
+            .product()
+    }
+}
+
+/// The bricks that may reach into the view; the samples of the others are counted as culled.
+pub(crate) fn visible_bricks<B: BrickOfSamples>(
+    bricks: &[B],
+    view_volume: &ViewVolume,
+    stats: &mut FrameStats,
+) -> Vec<usize> {
+    let clock = StageClock::start();
+    let seen: Vec<bool> = bricks
+        .par_iter()
+        .map(|brick| view_volume.sees(brick.bounds()))
+        .collect();
+    let (visible, hidden): (Vec<usize>, Vec<usize>) = (0..bricks.len()).partition(|&i| seen[i]);
+    stats.bricks_outside += hidden.len() as u64;
+    stats.culled += hidden
+        .iter()
+        .map(|&i| bricks[i].sample_count() as u64)
+        .sum::<u64>();
+    stats.stages.cull += clock.stop();
+    visible
 }

@@ -1,21 +1,108 @@
+//! From a scene and options to what its bricks are made from.
+//!
+//! What the options ask for decides which cells are kept: those that a transfer function shows, all of them where a
+//! statistic of the whole ray is wanted, those that hold the scalar of a surface.
+//!
 //! From volumes to bricks of cells: which cells are kept, their scalars, gradients and masks.
+//!
+//! All bricks of a scene of scalars: those that are shown, and the others, kept for when they are.
+//!
+//! A brick's scalars do not depend on what is shown of them. Where all bricks are kept, another transfer function only asks
+//! each of them again which of its cells may be seen, and gives gradients to those that lack them. A brick that is
+//! shown is the one that a preparation for this function alone would give.
+
+use std::cmp::Ordering;
 
 use rayon::prelude::*;
-use resample_volume::volume::Grid;
-use resample_volume::volume::{Volume, Voxels, with_voxels};
+use resample_volume::volume::{Grid, Volume, Voxels, scalar, with_voxels};
 
-use super::cells::{
-    BrickChannel, CELL_SIDE, CellBrick, CellField, TABLE_LEN, VERTEX_SIDE, WithGradients,
+use crate::Error;
+use crate::bricks::cells::{
+    BrickChannel, CELL_SIDE, CellBrick, CellField, Gradients, Scalars, ShownCells, TABLE_LEN,
+    VERTEX_SIDE, WithGradients, differences, vectors, vertex,
 };
-use crate::bricks::cells::ShownCells;
-use crate::bricks::gradients::{Gradients, differences, vectors, vertex};
-use crate::bricks::scalars::Scalars;
-use crate::bricks::shown::{CellRanges, box_of, cells_of, take_in, unmasked};
-use crate::bricks::support::Support;
-use crate::grid::bounds::{Bounds, brick_corners};
-use crate::grid::units::gradient_from_differences;
+use crate::bricks::support::{CellRanges, Support, box_of, cells_of, take_in, unmasked};
+use crate::grid::{Bounds, brick_corners, gradient_from_differences};
+use crate::look::options::{Blend, RenderOptions};
 use crate::look::palette::Palette;
-use resample_volume::volume::scalar;
+use crate::look::scene::{Channel, Look, Scene};
+use crate::look::transfer::TransferFunction;
+use crate::slabs::settings::ChannelSettings;
+
+/// Returns the plan from which the bricks of a scene are made.
+pub(crate) fn plan<'a>(scene: &Scene<'a>, options: &RenderOptions) -> Result<FieldPlan<'a>, Error> {
+    Ok(FieldPlan {
+        channels: scene
+            .channels
+            .iter()
+            .map(|channel| {
+                Ok(PlannedChannel {
+                    volume: channel.volume,
+                    shown: shown(channel, options)?,
+                })
+            })
+            .collect::<Result<_, Error>>()?,
+        mask: scene.mask,
+        gradients: gradients(options),
+    })
+}
+
+impl FieldPlan<'_> {
+    /// The plan for samples that are classified by the tables of these channels.
+    pub(crate) fn tabulated(mut self, channels: &[ChannelSettings]) -> Self {
+        for (planned, channel) in self.channels.iter_mut().zip(channels) {
+            if let Shown::Scalars(support) = &mut planned.shown {
+                *support = support.clone().tabulated(channel.table.step_of_entries());
+            }
+        }
+        self
+    }
+}
+
+/// Returns true if the bricks need gradients.
+pub(crate) fn gradients(options: &RenderOptions) -> WithGradients {
+    if options.follows_gradient() {
+        WithGradients::Yes
+    } else {
+        WithGradients::No
+    }
+}
+
+/// The scalars that are seen.
+pub(crate) fn support(transfer: &TransferFunction, options: &RenderOptions) -> Support {
+    match options.blend() {
+        Blend::Emission => Support::new(transfer),
+        Blend::Isosurface(iso) => Support::of(iso.value as f32),
+        Blend::Maximum | Blend::Minimum | Blend::Average => Support::everything(),
+    }
+}
+
+fn shown(channel: &Channel, options: &RenderOptions) -> Result<Shown, Error> {
+    Ok(match channel.look {
+        Look::Labels(labels) => {
+            let palette = Palette::new(channel.volume, labels)?;
+            let strengths = palette
+                .entries(options.opacity)
+                .iter()
+                .map(|entry| entry[3])
+                .collect();
+            Shown::Labels(palette, strengths)
+        }
+        Look::Transfer(transfer) => Shown::Scalars(support(transfer, options)),
+        Look::Tint(_) => Shown::Scalars(Support::nothing()),
+    })
+}
+
+/// A sample needs a cell around it.
+pub(crate) fn check_dims(dims: [usize; 3]) -> Result<(), Error> {
+    let Some(axis) = dims.iter().position(|&n| n < 2) else {
+        return Ok(());
+    };
+    Err(Error::Option(format!(
+        "the field renderer needs at least 2 voxels along each axis ({} has 1); use order every-sample",
+        ["x", "y", "z"][axis]
+    )))
+}
 
 /// The input of a field.
 pub(crate) struct FieldPlan<'a> {
@@ -207,7 +294,7 @@ impl FieldPlan<'_> {
     }
 
     /// The box of the cells that are seen, and the cells that samples may be seen in; `None` where there are none.
-    pub(super) fn shown_cells<'a>(
+    fn shown_cells<'a>(
         &self,
         block: &Block,
         tables: impl Iterator<Item = (&'a Scalars, [f32; 2])>,
@@ -288,7 +375,7 @@ impl PlannedChannel<'_> {
 
 impl FieldPlan<'_> {
     /// The gradients of a channel at the vertices of a block up to the greatest that is seen.
-    pub(super) fn gradients_of(&self, channel: &PlannedChannel, bounds: &Bounds) -> Gradients {
+    fn gradients_of(&self, channel: &PlannedChannel, bounds: &Bounds) -> Gradients {
         let dims = channel.volume.dims;
         let axes = |volume: &Volume| volume.world_from_index.matrix3;
         let own_axes = axes(channel.volume);
@@ -373,4 +460,90 @@ pub(crate) fn least_and_greatest<T: Copy + Into<f64>>(
         }
     });
     range
+}
+
+impl CellField {
+    /// All bricks of a plan of scalars, those that it does not show as spare ones. `non_transparent` is counted by the
+    /// caller.
+    pub(crate) fn whole(plan: &FieldPlan, non_transparent: u64) -> Self {
+        let channels = plan.channels.iter().map(|channel| PlannedChannel {
+            volume: channel.volume,
+            shown: Shown::Scalars(Support::everything()),
+        });
+        let all = FieldPlan {
+            channels: channels.collect(),
+            mask: plan.mask,
+            gradients: WithGradients::No,
+        };
+        let mut field = Self::new(&all, non_transparent);
+        field.show(plan);
+        field
+    }
+
+    /// Shows what another plan of the same volumes and the same mask shows; all bricks are kept.
+    pub(crate) fn show(&mut self, plan: &FieldPlan) {
+        let count = self.empty + self.bricks.len() as u64;
+        let mut all = std::mem::take(&mut self.bricks);
+        all.append(&mut self.spare);
+        all.par_iter_mut().for_each(|brick| plan.show(brick));
+        // Two runs, each in order: sorting merges them.
+        all.sort_by(|a, b| morton_order(a.bounds.corner, b.bounds.corner));
+        (self.bricks, self.spare) = all.into_iter().partition(|brick| brick.shown.any());
+        self.empty = count - self.bricks.len() as u64;
+    }
+}
+
+impl FieldPlan<'_> {
+    /// Finds what is shown of a brick.
+    fn show(&self, brick: &mut CellBrick) {
+        let block = Block::new(self.channels[0].volume.dims, brick.bounds.corner);
+        let numbers = 0..self.channels.len();
+        let tables = numbers
+            .map(|number| brick.channel(number))
+            .map(|cells| (cells.scalars, cells.range));
+        let seen = self
+            .channels
+            .iter()
+            .zip(tables.clone())
+            .any(|(channel, (_, range))| channel.shown.meets(range));
+        let shown = seen
+            .then(|| self.shown_cells(&block, tables, brick.mask.as_deref()))
+            .flatten();
+        let Some((bounds, shown)) = shown else {
+            brick.bounds = Bounds::nothing(block.corner);
+            brick.shown = ShownCells::none();
+            return;
+        };
+        (brick.bounds, brick.shown) = (bounds, shown);
+        if self.gradients == WithGradients::Yes {
+            self.add_gradients(brick, &block);
+        }
+    }
+
+    /// Gradients at all vertices of a brick that has none.
+    fn add_gradients(&self, brick: &mut CellBrick, block: &Block) {
+        let whole = Bounds::of_range(block.corner, [[0; 3], block.size.map(|cells| cells as u8)]);
+        let tables = std::iter::once(&mut brick.gradients)
+            .chain(brick.more.iter_mut().map(|channel| &mut channel.gradients));
+        for (channel, table) in self.channels.iter().zip(tables) {
+            table.get_or_insert_with(|| self.gradients_of(channel, &whole));
+        }
+    }
+}
+
+/// The order of two bricks by their corners: that of the list that bricks are made from. The highest bit in which they
+/// differ decides, that of z before those of y and of x.
+fn morton_order(a: [u32; 3], b: [u32; 3]) -> Ordering {
+    let differing = |axis: usize| a[axis] ^ b[axis];
+    // One number's highest bit is above another's where taking the other out leaves more than the other.
+    let is_above = |more: u32, than: u32| than < more && than < more ^ than;
+    let first = |axis: usize, lower: usize| {
+        if is_above(differing(lower), differing(axis)) {
+            lower
+        } else {
+            axis
+        }
+    };
+    let axis = first(first(2, 1), 0);
+    a[axis].cmp(&b[axis])
 }

@@ -6,13 +6,6 @@
 
 pub(crate) mod rescale;
 pub(crate) mod cells;
-mod layout;
-pub(crate) mod scalars;
-pub(crate) mod gradients;
 pub(crate) mod support;
-mod shown;
 pub(crate) mod fill;
-pub(crate) mod plan;
-pub(crate) mod all_bricks;
-pub(crate) mod visible;
 pub(crate) mod cull;

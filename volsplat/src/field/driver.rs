@@ -1,37 +1,96 @@
+//! From a scene and options to what the field keeps: bricks of cells, the surface, the statistic.
+//!
 //! The driver of the field: from cameras to tiles.
+//!
+//! Another look at the same voxels: what a viewer changes between two pictures.
+//!
+//! Takes the scene and the options as they are now. Where all bricks of cells are kept, they are asked again what is shown
+//! of them, and the tables beside them are made anew. The pictures are those of a renderer that is prepared for this look.
+//!
+//! Another transfer function for the same bricks: what an animation changes from picture to picture.
+//!
+//! The bricks of cells hold scalars, and the transfer function is a table beside them: as long as the bricks hold all that
+//! the new function shows, only the table is made again, and what was made from it. A renderer that was prepared with the
+//! mean of several functions can so take any of them, and any mean of them.
+//! Limits: one channel of scalars, no mask, gathered sheets.
 
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
-use resample_core::{Camera, GridView, Stop};
+use resample_core::{Camera, GridView, Reuse, Stop};
 use resample_volume::Watch;
 use resample_volume::volume::{Described, Lattice};
 
-use super::streamed::{LargeCells, StreamedCells};
 use crate::Error;
-use crate::bricks::cells::{CELL_SIDE, CellField};
-use crate::bricks::plan::{check_dims, support};
+use crate::bricks::cells::{CELL_SIDE, CellField, FromDifferences};
+use crate::bricks::fill::{check_dims, plan, support};
 use crate::bricks::support::Support;
-use crate::field::setup::constant_brick::UniformChoice;
-use crate::field::setup::from_differences::FromDifferences;
-use crate::field::setup::iso_rays::IsoSettings;
-use crate::field::setup::prepare;
-use crate::field::setup::prepare::Kept;
-use crate::field::setup::settings::{FieldFrame, FieldSettings};
-use crate::grid::bounds::Bounds;
-use crate::grid::units::{in_unit, power_of_two};
+use crate::field::settings::{FieldFrame, FieldSettings, IsoSettings, Statistic, UniformChoice};
+use crate::field::streamed::{LargeCells, StreamedCells};
+use crate::grid::{Bounds, in_unit, power_of_two};
 use crate::large::LargeVolume;
 use crate::look::clip::{Clip, GridClip, bounds_in_world};
 use crate::look::options::{Blend, FieldOptions, RenderOptions, Subpixels};
 use crate::look::scene::{Look, Scene};
 use crate::look::transfer::TransferFunction;
-use crate::picture::assemble::{TileDepth, TileLayout};
-use crate::picture::subpixels::{automatic, refined};
-use crate::picture::tiles::{Means, TileSlot};
-use crate::slabs::channel::{ChannelSettings, Reading, channels};
+use crate::picture::{Means, TileDepth, TileLayout, TileSlot, automatic, refined};
 use crate::slabs::section::SectionTable;
-use crate::slabs::settings::{Anchor, SheetSettings, Slabs};
+use crate::slabs::settings::{
+    Anchor, ChannelSettings, Reading, SheetSettings, Slabs, channels, check,
+};
 use crate::stats::FrameStats;
+
+/// The bricks of a scene that are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kept {
+    /// Those that may show something.
+    Shown,
+    /// All of them, where all channels are scalars: another look may show more.
+    Whole,
+}
+
+/// The bricks of a scene.
+pub(crate) fn cells(
+    scene: &Scene,
+    options: &RenderOptions,
+    channels: &[ChannelSettings],
+    kept: Kept,
+) -> Result<CellField, Error> {
+    let plan = plan(scene, options)?.tabulated(channels);
+    let count = scene.count_visible();
+    Ok(match kept {
+        Kept::Whole if scene.transfers().is_some() => CellField::whole(&plan, count),
+        Kept::Whole | Kept::Shown => CellField::new(&plan, count),
+    })
+}
+
+/// The statistic that the options ask for.
+pub(crate) fn statistic(options: &RenderOptions) -> Option<Statistic> {
+    match options.blend() {
+        Blend::Maximum => Some(Statistic::Greatest),
+        Blend::Minimum => Some(Statistic::Least),
+        Blend::Average => Some(Statistic::Mean),
+        Blend::Emission | Blend::Isosurface(_) => None,
+    }
+}
+
+/// The surface that the options ask for, without what depends on the camera.
+pub(crate) fn iso(look: Look, options: &RenderOptions) -> Option<IsoSettings> {
+    let Blend::Isosurface(iso) = options.blend() else {
+        return None;
+    };
+    let own_colour = match look {
+        Look::Transfer(transfer) => transfer.sample(iso.value).0,
+        Look::Labels(_) | Look::Tint(_) => [1.0; 3],
+    };
+    let rgb = iso.colour.unwrap_or(own_colour);
+    Some(IsoSettings {
+        value: iso.value as f32,
+        rgb,
+        opacity: iso.opacity,
+        step: 0.0,
+    })
+}
 
 /// Sub-pixels along a pixel's side for what has hard edges: 16 a pixel, so that an edge has 17 shades. At 2 it has 5, and
 /// stairs show.
@@ -90,8 +149,8 @@ impl FieldPipeline {
         let volume = scene.grid();
         check_dims(volume.dims)?;
         let channels = channels(scene, options)?;
-        let source = Source::Cells(prepare::cells(scene, options, &channels, kept)?);
-        let iso = prepare::iso(scene.channels[0].look, options);
+        let source = Source::Cells(cells(scene, options, &channels, kept)?);
+        let iso = iso(scene.channels[0].look, options);
         Ok(Self {
             is_whole: kept == Kept::Whole && scene.transfers().is_some(),
             kept: scene
@@ -117,7 +176,7 @@ impl FieldPipeline {
             LargeCells::Streamed(cells) => Source::Streamed(cells),
         };
         let channel = ChannelSettings::of_transfer(transfer, volume.drawn_range(), options.opacity);
-        let iso = prepare::iso(Look::Transfer(transfer), options);
+        let iso = iso(Look::Transfer(transfer), options);
         let kept = Some(support(transfer, options));
         Ok(Self {
             kept,
@@ -303,7 +362,7 @@ impl FieldPipeline {
             clip: self.clip.anchored(self.middle),
             channels: Arc::clone(&self.channels),
             from_differences: FromDifferences::new(&self.world_from_index.matrix3),
-            statistic: prepare::statistic(&self.options),
+            statistic: statistic(&self.options),
             segments: (1.0 / self.choices.slab_voxels).ceil().max(1.0) as u32,
             iso: self.iso.map(|iso| IsoSettings {
                 step: thickness as f32,
@@ -327,5 +386,65 @@ impl Source {
             Self::Cells(field) => Box::new(field.bricks.iter().map(|brick| brick.bounds)),
             Self::Streamed(cells) => Box::new(cells.bounds()),
         }
+    }
+}
+
+impl FieldPipeline {
+    /// Draws a scene of the voxels and the mask that this was prepared with, by these options.
+    /// [`Error::Option`] where the scene does not suit them; nothing has changed then.
+    pub(crate) fn update_scene(
+        &mut self,
+        scene: &Scene,
+        options: &RenderOptions,
+    ) -> Result<Reuse, Error> {
+        let (Source::Cells(field), Some(transfers), Some(choices)) =
+            (&mut self.source, scene.transfers(), options.field())
+        else {
+            return Ok(Reuse::NeedsRenderer);
+        };
+        if !self.is_whole || transfers.len() != self.channels.len() {
+            return Ok(Reuse::NeedsRenderer);
+        }
+        let channels: Arc<[ChannelSettings]> = transfers
+            .iter()
+            .zip(self.channels.iter())
+            .map(|(transfer, before)| {
+                ChannelSettings::of_transfer(transfer, before.value_range, options.opacity)
+            })
+            .collect();
+        check(&channels, options)?;
+        field.show(&plan(scene, options)?.tabulated(&channels));
+        self.kept = scene
+            .single()
+            .map(|(_, transfer)| support(transfer, options));
+        self.seen = None;
+        self.iso = iso(scene.channels[0].look, options);
+        self.channels = channels;
+        self.choices = choices.clone();
+        self.options = options.clone();
+        self.update_clip(&options.clip);
+        Ok(Reuse::Kept)
+    }
+}
+
+impl FieldPipeline {
+    /// Takes another transfer function.
+    pub(crate) fn update_transfer(&mut self, transfer: &TransferFunction) -> Reuse {
+        let Some(kept) = &self.kept else {
+            return Reuse::NeedsRenderer;
+        };
+        let support = support(transfer, &self.options);
+        if !kept.covers(&support) {
+            return Reuse::NeedsRenderer;
+        }
+        self.seen = (!support.covers(kept)).then_some(support);
+        let range = self.channels[0].value_range;
+        self.channels = Arc::from([ChannelSettings::of_transfer(
+            transfer,
+            range,
+            self.options.opacity,
+        )]);
+        self.iso = iso(Look::Transfer(transfer), &self.options);
+        Reuse::Kept
     }
 }

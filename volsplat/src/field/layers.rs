@@ -14,7 +14,7 @@ use resample_core::{Camera, GridView, OpacityMode};
 use super::driver::{FieldPipeline, Source};
 use crate::Error;
 use crate::bricks::cells::{CELL_SIDE, CellBrick, CellField, VERTEX_SIDE};
-use crate::field::setup::settings::FieldSettings;
+use crate::field::settings::FieldSettings;
 use crate::look::clip::GridClip;
 use crate::look::options::Blend;
 

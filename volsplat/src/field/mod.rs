@@ -11,21 +11,22 @@
 //! reached in object order, so that cost follows what is visible and not the box around it.
 //! Source: K. Mueller, R. Crawfis, "Eliminating Popping Artifacts in Sheet Buffer-Based Splatting", IEEE Visualization
 //! 1998, for the sheets; we sample the plane through a slab's middle instead of integrating the kernel over the slab.
+//!
+//! Settings of a frame: takes a scene, options and a camera, returns what every tile reads.
+//!
+//! `prepare` turns a scene into bricks of cells; `constant_brick` finds bricks of one colour; `from_differences` turns
+//! differences of voxels into gradients; `settings` holds what the tiles of a
+//! frame share, `iso_rays` and `ray_values` what an isosurface and a projection need; `tile_context` is one brick in one tile.
 
-pub(crate) mod setup;
-mod driver;
-mod update_scene;
-mod update_transfer;
+pub(crate) mod driver;
 mod layers;
-mod place;
-pub(crate) mod look_ahead;
 mod frame;
+pub(crate) mod tile;
 mod streamed;
-mod tile;
 pub(crate) mod walk;
 pub(crate) mod batch;
+pub(crate) mod settings;
 
-pub(crate) use driver::FieldPipeline;
+pub(crate) use driver::{FieldPipeline, Kept};
 pub use layers::Layer;
 pub(crate) use layers::refused as layers_refused;
-pub(crate) use setup::prepare::Kept;

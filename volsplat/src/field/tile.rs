@@ -1,17 +1,23 @@
 //! One tile of a frame of the field: its bricks, front to back, each by the rule that the settings ask for.
+//!
+//! Reads the tables of a brick while another is drawn, so that the cache has them when its samples are taken.
+//!
+//! A brick's tables are a few kilobytes that no tile has read for long. Lit pictures of the Engine took 0.85 of the time with
+//! this, unlit ones 0.92 to 0.97 (2026-11-23, Zen 5).
+
+use std::hint::black_box;
 
 use resample_core::composite::TileCounts;
 use resample_core::dispatch;
 
-use crate::field::setup::iso_rays::AnchoredRays;
-use crate::field::setup::settings::{FieldSettings, Rule};
-use crate::field::setup::tile_context::{PlacedBrick, TileContext};
+use crate::bricks::cells::{CELL_ROWS, CellBrick, Gradients, Scalars, VERTEX_SIDE};
+use crate::field::batch;
+use crate::field::settings::{AnchoredRays, FieldSettings, PlacedBrick, Rule, TileContext};
 use crate::field::walk::constant_walk::add_uniform;
 use crate::field::walk::gather::{GatherScratch, Window, add_brick};
 use crate::field::walk::mixed::Mixed;
 use crate::field::walk::statistic::Gathered;
 use crate::field::walk::{isosurface, segments, statistic};
-use crate::field::{batch, look_ahead};
 use crate::slabs::view::TileView;
 
 /// Renders a tile from the bricks that touch it, in front-to-back order.
@@ -59,7 +65,7 @@ fn advance_while_open<'a>(
     let mut bricks = bricks.peekable();
     while let Some(placed) = bricks.next() {
         if let Some(next) = bricks.peek() {
-            look_ahead::touch(settings, next.brick);
+            touch(settings, next.brick);
         }
         let window = Window::new(placed, view);
         if !is_useful(placed, &window, scratch) {
@@ -139,3 +145,53 @@ fn add_brick_by_rule(
         Rule::Statistic => add!(Gathered),
     }
 }
+
+/// Bytes of a line of the cache, on all machines that have vectors which we use.
+const LINE_BYTES: usize = 64;
+
+/// Reads one number of each line, of bricks that are drawn by samples in cells. Statistics pass over most bricks unread, and
+/// cutting shells into segments takes much longer than waiting for tables.
+fn touch(settings: &FieldSettings, brick: &CellBrick) {
+    if settings.walks_rays() {
+        return;
+    }
+    let is_lit = match settings.rule() {
+        Rule::Over => false,
+        Rule::Shaded => true,
+        Rule::Mixed | Rule::Statistic => return,
+    };
+    let [least, greatest] = brick.bounds.range();
+    let layers = usize::from(least[2])..usize::from(greatest[2]) + 1;
+    let vertices = layers.start * LAYER..layers.end * LAYER;
+    let mut read = 0;
+    match &brick.scalars {
+        Scalars::Bytes(faces) => {
+            let faces = &faces[layers.start * CELL_ROWS..layers.end * CELL_ROWS];
+            for line in faces.chunks(LINE_BYTES / size_of::<u32>()) {
+                read ^= line[0];
+            }
+        }
+        Scalars::Numbers(table) => {
+            for line in table[vertices.clone()].chunks(LINE_BYTES / size_of::<f32>()) {
+                read ^= line[0].to_bits();
+            }
+        }
+    }
+    match brick.gradients.as_ref().filter(|_| is_lit) {
+        Some(Gradients::Vectors(table)) => {
+            for line in table[vertices].chunks(LINE_BYTES / size_of::<[f32; 4]>()) {
+                read ^= line[0][0].to_bits();
+            }
+        }
+        Some(Gradients::Differences(table)) => {
+            for line in table[vertices].chunks(LINE_BYTES / size_of::<u32>()) {
+                read ^= line[0];
+            }
+        }
+        None => {}
+    }
+    black_box(read);
+}
+
+/// Vertices of a layer of a brick.
+const LAYER: usize = VERTEX_SIDE * VERTEX_SIDE;

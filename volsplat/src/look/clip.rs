@@ -8,7 +8,7 @@
 use glam::{DAffine3, DVec3};
 
 use crate::Error;
-use crate::grid::bounds::Bounds;
+use crate::grid::Bounds;
 
 /// The kept part of a volume: the intersection of all parts of the clip. The default keeps everything.
 #[derive(Clone, Debug, Default, PartialEq)]

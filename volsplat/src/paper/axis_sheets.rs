@@ -10,7 +10,7 @@
 
 use resample_core::{GridView, Projection};
 
-use crate::grid::bounds::{Bounds, place};
+use crate::grid::{Bounds, place};
 
 /// The slices of a frame and their order, nearest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

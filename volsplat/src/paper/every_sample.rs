@@ -1,3 +1,5 @@
+//! A frame's settings for projection and compositing: from the options, the camera and a layer.
+//!
 //! The every-sample order: each sample over those behind it, in strict depth order (the paper's choice, section 4.1).
 //!
 //! 1. input: a volume and a transfer function were classified into bricks of samples ([`crate::paper::samples::sample`]);
@@ -13,30 +15,129 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use resample_core::clock::{StageClock, StageTime};
-use resample_core::composite::TilePixels;
+use resample_core::composite::{DepthRule, IndexRule, TilePixels, TileSettings};
 use resample_core::maps::MapSource;
 use resample_core::point::PixelFilter;
 use resample_core::table::FootprintProfile;
 use resample_core::tile::{TILE_AREA, TileGrid};
-use resample_core::{Camera, Kernel};
+use resample_core::{Camera, FootprintMode, GridView, Kernel, SelectMode};
 
 use crate::Error;
-use crate::bricks::visible::visible_bricks;
-use crate::grid::units::power_of_two;
+use crate::bricks::cull::{ViewVolume, visible_bricks};
+use crate::grid::{in_unit, power_of_two};
+use crate::light::{GradientRamp, ShadeSettings};
 use crate::look::clip::{Clip, Cut};
-use crate::look::options::{Cells, RenderOptions, SampleOptions, SampleOrder, Subpixels};
+use crate::look::options::{
+    Cells, DepthPlane, RenderOptions, SampleOptions, SampleOrder, Subpixels,
+};
 use crate::look::scene::Scene;
-use crate::paper::batches::{Batch, PlacedBrick, Run, in_batches};
-use crate::paper::chunks::project_runs;
-use crate::paper::hiding::{BrickPlace, Hiding};
-use crate::paper::near::{NearSample, NearSetup};
-use crate::paper::project::{Painting, ProjectSetup, ProjectedChunk};
+use crate::paper::axis_sheets::SliceOrder;
+use crate::paper::batches::{
+    Batch, BrickPlace, Hiding, Outlines, PlacedBrick, Run, in_batches, project_runs,
+};
+use crate::paper::geometry::Lens;
+use crate::paper::project::{
+    Layers, NearSample, NearSetup, OpenTile, Painting, ProjectSetup, ProjectedChunk, SortKeys,
+    TileStage,
+};
 use crate::paper::samples::layer::{Layer, cells_of, layers, layers_in_world};
-use crate::paper::tile_stage::{Layers, OpenTile, TileStage};
-use crate::picture::assemble::{TileDepth, TileLayout};
-use crate::picture::subpixels::{automatic, refined};
-use crate::picture::tiles::{Means, TileSlot, tally};
+use crate::paper::samples::sample_light::SampleLight;
+use crate::picture::{Means, TileDepth, TileLayout, TileSlot, automatic, refined, tally};
 use crate::stats::FrameStats;
+
+impl EverySample {
+    /// Returns the extent of footprints beside their kernels' outlines.
+    pub(crate) fn outlines(&self) -> Outlines {
+        match (self.choices.select, self.choices.footprint) {
+            (SelectMode::Ewa, _) | (_, FootprintMode::AffineApprox) => Outlines::Wider,
+            _ => Outlines::Kernels,
+        }
+    }
+
+    /// The maps of a layer; `camera` counts in [`Self::length`].
+    pub(crate) fn maps(&self, layer: &Layer, camera: &Camera) -> MapSource {
+        MapSource {
+            view: GridView::new(
+                camera,
+                &in_unit(&layer.samples.world_from_index, self.length),
+            ),
+            radius: self.kernel.radius(),
+            unit_in_world: self.opacity_unit,
+            mode: self.evaluated_footprint(),
+        }
+    }
+
+    /// The footprint that the tiles evaluate: EWA is affine by construction.
+    fn evaluated_footprint(&self) -> FootprintMode {
+        if self.choices.select == SelectMode::Ewa {
+            FootprintMode::Affine
+        } else {
+            self.choices.footprint
+        }
+    }
+
+    /// How a layer is projected, given its view and that of the first layer.
+    fn project_setup(
+        &self,
+        layer: &Layer,
+        maps: &MapSource,
+        camera: &Camera,
+        first: &GridView,
+    ) -> ProjectSetup {
+        let threshold = self.choices.point_threshold_px;
+        ProjectSetup {
+            lens: Lens::new(
+                &maps.view,
+                layer.halvings,
+                &self.kernel,
+                &self.choices,
+                self.opacity_unit,
+            ),
+            view_volume: ViewVolume::new(camera, &maps.view, self.kernel.radius()),
+            grid: TileGrid::new(camera.width as usize, camera.height as usize),
+            select: self.choices.select,
+            threshold2_px2: threshold * threshold,
+            light: SampleLight::new(
+                ShadeSettings::new(&self.options, camera),
+                self.options
+                    .gradient_opacity
+                    .map(|ramp| GradientRamp::new(ramp, self.length)),
+                camera,
+                &maps.view,
+                self.options.simd.resolve(),
+            ),
+            painting: self.painting,
+            level: self.options.simd.resolve(),
+            keys: match self.choices.order {
+                SampleOrder::AxisSheets => {
+                    SortKeys::Slice(SliceOrder::new(first, self.dims).halved(layer.halvings))
+                }
+                SampleOrder::EverySample | SampleOrder::ImageSheets(_) => SortKeys::Depth,
+            },
+            layer: layer.halvings as u8,
+        }
+    }
+
+    fn tile_settings(&self, maps: &MapSource) -> TileSettings {
+        let smallest = self.smallest_spacing;
+        TileSettings {
+            level: self.options.simd.resolve(),
+            profile: self.profile,
+            filter: self.filter.clone(),
+            opacity: self.options.opacity,
+            index: match maps.mode {
+                FootprintMode::Table => IndexRule::ConeCorrected,
+                _ => IndexRule::Direct,
+            },
+            depth: match self.options.depth {
+                DepthPlane::None => DepthRule::Skip,
+                DepthPlane::Expected => DepthRule::Expected,
+            },
+            sheet_thickness: (self.choices.sheet_voxels * smallest) as f32,
+            min_transmittance: self.options.min_transmittance,
+        }
+    }
+}
 
 /// How far apart samples are at least, in sub-pixels, that are composited on their own: about one.
 const SPACING_IN_SUBPIXELS: f64 = 0.75;

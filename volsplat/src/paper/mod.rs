@@ -5,14 +5,9 @@
 
 pub(crate) mod samples;
 mod every_sample;
-mod setup;
 mod batches;
-mod chunks;
 mod geometry;
-mod near;
 mod project;
-mod hiding;
-mod tile_stage;
 mod axis_sheets;
 pub(crate) mod image_sheets;
 

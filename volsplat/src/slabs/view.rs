@@ -8,8 +8,8 @@ use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 use resample_core::{GridView, Projection};
 
-pub(crate) use super::lanes::{HalfRow, LANES};
 use super::settings::{Anchor, BOX_MARGIN, SheetSettings};
+pub(crate) use crate::slabs::table::{HalfRow, LANES};
 
 /// Pixels along the side of a block: 16 of them are a vector.
 pub(crate) const BLOCK_PX: usize = 4;

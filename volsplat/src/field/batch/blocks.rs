@@ -10,7 +10,7 @@ use fearless_simd::{f32x4, f32x16, mask32x16};
 use resample_core::tile::TILE_PX;
 
 use super::rule::PackedRule;
-use crate::field::setup::tile_context::TileContext;
+use crate::field::settings::TileContext;
 use crate::field::walk::cell_sample::CellBox;
 use crate::field::walk::gather::{GatherScratch, POSITION_ERROR, Window};
 use crate::slabs::view::{BLOCK_PX, PlaneView};

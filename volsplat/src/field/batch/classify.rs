@@ -7,11 +7,11 @@ use resample_core::composite::{DepthRule, opacity};
 use super::interpolate::interpolate;
 use super::one_by_one;
 use super::scan::vertices;
+use crate::bricks::cells::FromDifferences;
 use crate::bricks::cells::{CELL_CORNERS, LAST_CELL, TABLE_LEN, VERTEX_SIDE};
-use crate::bricks::gradients::{DifferenceTable, GradientTable, Gradients};
-use crate::field::setup::from_differences::FromDifferences;
-use crate::field::setup::tile_context::TileContext;
-use crate::field::walk::samples::{
+use crate::bricks::cells::{DifferenceTable, GradientTable, Gradients};
+use crate::field::settings::TileContext;
+use crate::field::walk::lists::{
     BetweenSteps, CELL_MASK, LANES, Numbers, PIXEL_SHIFT, PackedSamples, ShownSamples, vertex,
 };
 

@@ -7,9 +7,9 @@ use resample_core::tile::TILE_PX;
 
 use super::classify::{classify, light};
 use super::rule::PackedRule;
-use crate::field::setup::tile_context::TileContext;
+use crate::field::settings::TileContext;
 use crate::field::walk::gather::GatherScratch;
-use crate::field::walk::samples::PIXEL_SHIFT;
+use crate::field::walk::lists::PIXEL_SHIFT;
 
 /// Pixels of a tile.
 const PIXELS: usize = TILE_PX * TILE_PX;

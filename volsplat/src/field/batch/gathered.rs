@@ -6,10 +6,10 @@ use resample_core::tile::TILE_PX;
 
 use super::interpolate::interpolate;
 use super::rule::PackedRule;
-use crate::field::setup::ray_values::Statistic;
-use crate::field::setup::tile_context::TileContext;
+use crate::field::settings::Statistic;
+use crate::field::settings::TileContext;
 use crate::field::walk::gather::GatherScratch;
-use crate::field::walk::samples::PIXEL_SHIFT;
+use crate::field::walk::lists::PIXEL_SHIFT;
 
 /// A statistic of one channel.
 pub(crate) struct Statistics;

@@ -4,9 +4,9 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16, u32x16};
 
 use super::one_by_one;
+use crate::bricks::cells::Scalars;
 use crate::bricks::cells::{CELL_CORNERS, CELL_ROWS, CellBrick, FaceBytes};
-use crate::bricks::scalars::Scalars;
-use crate::field::walk::samples::{CELL_MASK, LANES, PackedSamples, vertex};
+use crate::field::walk::lists::{CELL_MASK, LANES, PackedSamples, vertex};
 
 /// The field at the samples.
 #[inline(always)]

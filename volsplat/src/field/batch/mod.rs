@@ -20,7 +20,7 @@ use std::sync::atomic::{Ordering, compiler_fence};
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
-use crate::field::setup::tile_context::TileContext;
+use crate::field::settings::TileContext;
 use crate::field::walk::gather::{GatherScratch, Window};
 
 pub(crate) use composite::Composite;

@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, mask32x16};
 
-use crate::field::setup::tile_context::TileContext;
+use crate::field::settings::TileContext;
 use crate::field::walk::gather::GatherScratch;
 
 /// A rule for packed samples.

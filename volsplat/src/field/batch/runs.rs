@@ -12,7 +12,7 @@ use fearless_simd_macros::simd;
 use resample_core::tile::TILE_PX;
 
 use super::blocks::{BLOCKS, Ends, OpenBlocks, planes_inside};
-use crate::field::setup::tile_context::{PlacedBrick, TileContext};
+use crate::field::settings::{PlacedBrick, TileContext};
 use crate::field::walk::cell_sample::CellBox;
 use crate::field::walk::gather::{REMEMBERED_PLANES, Window};
 use crate::slabs::view::BLOCK_PX;

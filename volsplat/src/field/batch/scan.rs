@@ -13,10 +13,10 @@ use super::blocks::{Ends, open_blocks, planes_inside, positions};
 use super::rule::PackedRule;
 use super::runs;
 use crate::bricks::cells::{CELL_SIDE, TABLE_LEN, VERTEX_SIDE};
-use crate::field::setup::tile_context::TileContext;
+use crate::field::settings::TileContext;
 use crate::field::walk::cell_sample::CellBox;
 use crate::field::walk::gather::{GatherScratch, REMEMBERED_PLANES, Window};
-use crate::field::walk::samples::{LANES, PIXEL_SHIFT, PackedSamples};
+use crate::field::walk::lists::{LANES, PIXEL_SHIFT, PackedSamples};
 use crate::slabs::view::{BLOCK_PX, PlaneView};
 
 /// Planes that are gone through together: a tile remembers as many.

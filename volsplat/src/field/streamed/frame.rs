@@ -18,14 +18,14 @@ use resample_volume::Watch;
 use crate::Error;
 use crate::bricks::cells::{CELL_SIDE, CellBrick};
 use crate::bricks::cull::ViewVolume;
-use crate::field::place::{axis_distance, placed, tile_rect};
-use crate::field::setup::settings::{FieldFrame, FieldSettings};
-use crate::field::streamed::index::IndexedBrick;
+use crate::field::frame::{axis_distance, placed, tile_rect};
+use crate::field::settings::{FieldFrame, FieldSettings};
+use crate::field::streamed::IndexedBrick;
 use crate::field::streamed::{Budget, StreamedCells};
 use crate::field::tile::{TileState, advance_tile, end_tile};
 use crate::field::walk::gather::{GatherScratch, Unfinished};
 use crate::look::clip::Cut;
-use crate::picture::tiles::{TileSlot, tally};
+use crate::picture::{TileSlot, tally};
 use crate::slabs::view::TileView;
 use crate::stats::FrameStats;
 

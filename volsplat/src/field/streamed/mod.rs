@@ -4,30 +4,33 @@
 //! once, for the box of their visible cells; what fits the memory stays, in the type of the file. A frame goes through
 //! the layers of bricks from the eye away (`frame.rs`) and reads what it still lacks, unless it is hidden.
 //! Limits: one channel of scalars and no mask.
+//!
+//! The index of the visible bricks of a large volume: eight bytes a brick, row by row.
+//!
+//! Bricks out of the file, a row of them at a time; and bricks packed in the type of the file.
+
+mod frame;
 
 use std::sync::Arc;
 
+use glam::DAffine3;
 use rayon::prelude::*;
 use resample_volume::Watch;
-use resample_volume::volume::Described;
+use resample_volume::volume::{Described, VoxelType, Voxels, scalar, with_voxels};
 
 use crate::Error;
-use crate::bricks::cells::{CellBrick, CellField, WithGradients};
-use crate::bricks::plan::{gradients, support};
-use crate::grid::bounds::Bounds;
-use crate::large::LargeVolume;
-use crate::large::blocks::bricks_along;
+use crate::bricks::cells::{
+    CELL_SIDE, CellBrick, CellField, Scalars, ShownCells, TABLE_LEN, WithGradients,
+};
+use crate::bricks::fill::{FieldPlan, PlannedChannel, Shown, gradients, support};
+use crate::bricks::rescale::Narrowing;
+use crate::bricks::support::Support;
+use crate::grid::Bounds;
+use crate::large::{Block, LargeVolume, Rows, VoxelSource, bricks_along};
 use crate::look::options::RenderOptions;
+use crate::look::scene::VisibleValues;
 use crate::look::transfer::TransferFunction;
-use crate::look::visible_values::VisibleValues;
 use crate::slabs::table::TransferTable;
-
-mod frame;
-mod index;
-mod load;
-
-use index::{BrickIndex, IndexedBrick};
-use load::{Packed, RowReader};
 
 /// The visible bricks of a stored volume.
 #[derive(Clone, Debug)]
@@ -262,5 +265,204 @@ impl StreamedCells {
     /// The boxes of the visible cells of all bricks.
     pub(crate) fn bounds(&self) -> impl Iterator<Item = Bounds> + '_ {
         self.index.bounds()
+    }
+}
+
+/// A brick in its row.
+#[derive(Clone, Copy, Debug)]
+struct IndexedBrick {
+    /// Its number along x.
+    column: u16,
+    /// Least and greatest vertex of the visible cells along each axis.
+    range: [[u8; 3]; 2],
+}
+
+/// The visible bricks, x fastest.
+#[derive(Clone, Debug)]
+struct BrickIndex {
+    /// Bricks along each axis, seen or not.
+    along: [usize; 3],
+    bricks: Vec<IndexedBrick>,
+    /// Where each row begins, and the end.
+    starts: Vec<usize>,
+}
+
+impl IndexedBrick {
+    fn of(bounds: &Bounds) -> Self {
+        Self {
+            column: (bounds.corner[0] as usize / CELL_SIDE) as u16,
+            range: bounds.range(),
+        }
+    }
+
+    /// Where its visible cells lie.
+    fn bounds(&self, [layer, row]: [usize; 2]) -> Bounds {
+        let corner = [usize::from(self.column), row, layer].map(|i| (i * CELL_SIDE) as u32);
+        Bounds::of_range(corner, self.range)
+    }
+}
+
+impl BrickIndex {
+    fn new(along: [usize; 3]) -> Self {
+        Self {
+            along,
+            bricks: Vec::new(),
+            starts: vec![0],
+        }
+    }
+
+    /// Adds the next row.
+    fn push_row(&mut self, bricks: &[IndexedBrick]) {
+        self.bricks.extend_from_slice(bricks);
+        self.starts.push(self.bricks.len());
+    }
+
+    /// Number of layers, and of rows in each.
+    fn layers_and_rows(&self) -> [usize; 2] {
+        [self.along[2], self.along[1]]
+    }
+
+    /// The place of a row among all rows.
+    fn row_number(&self, [layer, row]: [usize; 2]) -> usize {
+        layer * self.along[1] + row
+    }
+
+    /// The bricks of a row.
+    fn row(&self, at: [usize; 2]) -> &[IndexedBrick] {
+        let number = self.row_number(at);
+        &self.bricks[self.starts[number]..self.starts[number + 1]]
+    }
+
+    fn bounds(&self) -> impl Iterator<Item = Bounds> + '_ {
+        let rows =
+            (0..self.along[2]).flat_map(|layer| (0..self.along[1]).map(move |row| [layer, row]));
+        rows.flat_map(|at| self.row(at).iter().map(move |brick| brick.bounds(at)))
+    }
+
+    fn bytes(&self) -> u64 {
+        (size_of_val(self.bricks.as_slice()) + size_of_val(self.starts.as_slice())) as u64
+    }
+}
+
+/// A reader of rows of bricks.
+#[derive(Clone, Debug)]
+struct RowReader {
+    stored: Arc<dyn VoxelSource>,
+    /// The visible scalars.
+    support: Support,
+    gradients: WithGradients,
+    world_from_index: DAffine3,
+    /// From the scalars of the file to those that are drawn.
+    narrowing: Narrowing,
+}
+
+/// The scalars of some bricks, [`TABLE_LEN`] for each, in the type of the file where that is small.
+#[derive(Clone, Debug)]
+struct Packed {
+    values: Voxels,
+    /// The range of each brick.
+    ranges: Vec<[f32; 2]>,
+}
+
+/// Bricks of a row, and the voxels that they were made from.
+struct RowRead {
+    /// For each column that was asked for; `None` where no cell is seen.
+    bricks: Vec<Option<CellBrick>>,
+    /// `None` where no column was asked for.
+    block: Option<Block>,
+}
+
+impl RowReader {
+    /// Bytes of memory of a brick.
+    fn brick_bytes(&self) -> u64 {
+        CellBrick::bytes(self.stored.voxel_type(), self.gradients)
+    }
+
+    /// Reads what the bricks `columns` of a row need, and makes them.
+    fn read(&self, [layer, row]: [usize; 2], columns: &[u16]) -> Result<RowRead, Error> {
+        let (Some(&first), Some(&last)) = (columns.first(), columns.last()) else {
+            return Ok(RowRead {
+                bricks: Vec::new(),
+                block: None,
+            });
+        };
+        // Central differences look at one voxel more.
+        let margin = usize::from(self.gradients == WithGradients::Yes);
+        let rows = Rows {
+            layer,
+            rows: row..row + 1,
+        };
+        let region = rows.region(
+            self.stored.dims(),
+            &(first.into()..usize::from(last) + 1),
+            margin,
+        );
+        let mut block = Block::read(self.stored.as_ref(), region, self.world_from_index)?;
+        if self.narrowing != Narrowing::NONE {
+            block.volume = self.narrowing.volume(&block.volume);
+        }
+        let plan = FieldPlan {
+            channels: vec![PlannedChannel {
+                volume: &block.volume,
+                shown: Shown::Scalars(self.support.clone()),
+            }],
+            mask: None,
+            gradients: self.gradients,
+        };
+        let brick = |&column: &u16| {
+            let mut brick = plan.brick_at(block.corner([column.into(), row, layer]))?;
+            for (corner, first) in brick.bounds.corner.iter_mut().zip(region.first) {
+                *corner += first as u32;
+            }
+            Some(brick)
+        };
+        Ok(RowRead {
+            bricks: columns.iter().map(brick).collect(),
+            block: Some(block),
+        })
+    }
+}
+
+impl Packed {
+    /// Packs the scalars of bricks that came from voxels of this type, which gives them back unchanged.
+    fn new(voxel_type: VoxelType, bricks: &[CellBrick]) -> Self {
+        let scalars = || bricks.iter().flat_map(|brick| brick.scalars.numbers());
+        let values = match voxel_type {
+            VoxelType::U8 => Voxels::U8(scalars().map(|v| v as u8).collect()),
+            VoxelType::I8 => Voxels::I8(scalars().map(|v| v as i8).collect()),
+            VoxelType::U16 => Voxels::U16(scalars().map(|v| v as u16).collect()),
+            VoxelType::I16 => Voxels::I16(scalars().map(|v| v as i16).collect()),
+            // Bricks hold f32, whatever the file does.
+            _ => Voxels::F32(scalars().collect()),
+        };
+        Self {
+            values,
+            ranges: bricks.iter().map(|brick| brick.range).collect(),
+        }
+    }
+
+    /// One of the bricks, by its place.
+    fn brick(&self, place: usize, brick: &IndexedBrick, at: [usize; 2]) -> CellBrick {
+        let mut scalars = Box::new([0.0; TABLE_LEN]);
+        with_voxels!(&self.values, slice => {
+            for (entry, &value) in scalars.iter_mut().zip(&slice[place * TABLE_LEN..]) {
+                *entry = scalar(value) as f32;
+            }
+        });
+        let bounds = brick.bounds(at);
+        CellBrick {
+            shown: ShownCells::between(&bounds),
+            bounds,
+            scalars: Scalars::Numbers(scalars),
+            gradients: None,
+            range: self.ranges[place],
+            more: Vec::new(),
+            mask: None,
+        }
+    }
+
+    fn bytes(&self) -> u64 {
+        let values = with_voxels!(&self.values, slice => size_of_val(slice.as_slice()));
+        (values + size_of_val(self.ranges.as_slice())) as u64
     }
 }

@@ -7,11 +7,11 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8, mask32x8, u32x8};
 use glam::DVec3;
 
+use crate::bricks::cells::Scalars;
 use crate::bricks::cells::{
     CELL_CORNERS, CELL_ROWS, CELL_SIDE, CELLS, CellBrick, FaceBytes, LAST_CELL, TABLE_LEN, Table,
     VERTEX_SIDE,
 };
-use crate::bricks::scalars::Scalars;
 use crate::slabs::settings::Anchor;
 use crate::slabs::view::{HalfRow, LANES, PlaneView};
 
@@ -99,7 +99,7 @@ pub(crate) fn inside<S: Simd>(simd: S, cells: &CellBox, position: [f32x8<S>; 3])
 
 /// The cells of positions; those outside the box are read from a cell inside, and left out later.
 #[inline(always)]
-pub(crate) fn in_cells<S: Simd>(
+fn in_cells<S: Simd>(
     simd: S,
     cells: &CellBox,
     at: HalfRow,
@@ -288,7 +288,7 @@ fn corners(table: &Table, places: &[i32; LANES]) -> [[f32; LANES]; 8] {
     corners
 }
 
-/// The numbers of cells, of the places of their first vertices: as [`cell_of`](crate::bricks::scalars::cell_of).
+/// The numbers of cells, of the places of their first vertices: as [`cell_of`](crate::bricks::cells::cell_of).
 #[inline(always)]
 fn cells_of<S: Simd>(simd: S, places: &[i32; LANES]) -> [i32; LANES] {
     const ROW: f32 = VERTEX_SIDE as f32;

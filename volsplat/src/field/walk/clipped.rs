@@ -7,7 +7,7 @@ use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 
 use crate::bricks::cells::TABLE_LEN;
-use crate::field::setup::tile_context::TileContext;
+use crate::field::settings::TileContext;
 use crate::field::walk::cell_sample::{Located, nearest_places};
 use crate::slabs::view::LANES;
 

@@ -9,8 +9,8 @@ use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 use resample_core::composite::{DepthRule, opacity};
 
-use crate::field::setup::constant_brick::Uniform;
-use crate::field::setup::tile_context::TileContext;
+use crate::field::settings::TileContext;
+use crate::field::settings::Uniform;
 use crate::field::walk::cell_sample::{CellBox, inside, position};
 use crate::field::walk::gather::{GatherScratch, POSITION_ERROR, Window};
 use crate::slabs::view::{HalfRow, LANES, PlaneView};

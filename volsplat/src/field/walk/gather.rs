@@ -14,12 +14,12 @@ use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 
 use super::clipped::clipped;
-use super::segment_list::SegmentList;
-use crate::field::setup::ray_values::{RayValues, at_start};
-use crate::field::setup::settings::FieldSettings;
-use crate::field::setup::tile_context::{PlacedBrick, TileContext};
+use crate::field::settings::FieldSettings;
+use crate::field::settings::{PlacedBrick, TileContext};
+use crate::field::settings::{RayValues, at_start};
 use crate::field::walk::cell_sample::{CellBox, Located, located};
-use crate::field::walk::samples::PackedSamples;
+use crate::field::walk::lists::PackedSamples;
+use crate::field::walk::lists::SegmentList;
 use crate::slabs::view::{HalfRow, LANES, PlaneView, TileView, covered};
 use crate::stats::SampleCounts;
 

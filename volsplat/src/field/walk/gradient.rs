@@ -6,9 +6,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x8, f32x16, i32x8, i32x16, u32x8, u32x16};
 
+use crate::bricks::cells::FromDifferences;
 use crate::bricks::cells::{CELL_CORNERS, LAST_CELL};
-use crate::bricks::gradients::{DifferenceTable, GradientTable, Gradients, SHIFTS};
-use crate::field::setup::from_differences::FromDifferences;
+use crate::bricks::cells::{DifferenceTable, GradientTable, Gradients, SHIFTS};
 use crate::field::walk::cell_sample::Located;
 use crate::slabs::view::LANES;
 
@@ -174,9 +174,9 @@ mod tests {
 
     use super::*;
     use crate::bricks::cells::{CELL_SIDE, VERTEX_SIDE};
-    use crate::bricks::gradients::{differences, vectors};
-    use crate::grid::bounds::Bounds;
-    use crate::grid::units::gradient_from_differences;
+    use crate::bricks::cells::{differences, vectors};
+    use crate::grid::Bounds;
+    use crate::grid::gradient_from_differences;
     use resample_volume::volume::Grid;
 
     /// Voxels along each side: a brick in the middle has neighbours on all sides, and the first one none on three.

@@ -12,8 +12,8 @@ use fearless_simd_macros::simd;
 use resample_core::maps::TilePlane;
 
 use super::rays::Rays;
-use crate::field::setup::iso_rays::{AnchoredRays, IsoSettings};
-use crate::field::setup::tile_context::TileContext;
+use crate::field::settings::TileContext;
+use crate::field::settings::{AnchoredRays, IsoSettings};
 use crate::field::walk::cell_sample::{CellBox, Located, in_box_cells, interpolated};
 use crate::field::walk::clipped::masked;
 use crate::field::walk::gather::{GatherScratch, Window, set_lanes};

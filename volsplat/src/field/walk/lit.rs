@@ -3,7 +3,7 @@
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 
-use crate::field::setup::tile_context::TileContext;
+use crate::field::settings::TileContext;
 use crate::field::walk::cell_sample::Located;
 use crate::field::walk::gradient::interpolated_gradient;
 use crate::light::Lit;

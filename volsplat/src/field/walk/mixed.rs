@@ -9,12 +9,12 @@ use fearless_simd::prelude::*;
 use resample_core::composite::{DepthRule, opacity};
 use resample_core::tile::TILE_PX;
 
-use crate::field::setup::tile_context::TileContext;
+use crate::field::settings::TileContext;
 use crate::field::walk::cell_sample::{Corners, Located, interpolated, nearest};
 use crate::field::walk::gather::{GatherScratch, SampleRule, set_lanes};
 use crate::field::walk::gradient::interpolated_gradient;
 use crate::light::Lit;
-use crate::slabs::channel::{ChannelSettings, Reading, Role, weights_of_tints};
+use crate::slabs::settings::{ChannelSettings, Reading, Role, weights_of_tints};
 use crate::slabs::view::{LANES, PlaneView};
 
 /// Emission and absorption of all channels together.

@@ -5,8 +5,7 @@
 //! isosurface (`rays`, `isosurface`), and narrow peaks by ray segments (`segments`, `segment_list`, `segment_flush`). `samples` is the
 //! list that `batch` fills.
 
-pub(crate) mod samples;
-pub(crate) mod segment_list;
+pub(crate) mod lists;
 pub(crate) mod cell_sample;
 pub(crate) mod gradient;
 pub(crate) mod clipped;
@@ -18,4 +17,3 @@ pub(crate) mod statistic;
 pub(crate) mod constant_walk;
 pub(crate) mod isosurface;
 pub(crate) mod segments;
-pub(crate) mod segment_flush;

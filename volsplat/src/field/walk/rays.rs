@@ -7,8 +7,8 @@ use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 use resample_core::maps::TilePlane;
 
-use crate::field::setup::iso_rays::AnchoredRays;
-use crate::field::setup::tile_context::TileContext;
+use crate::field::settings::AnchoredRays;
+use crate::field::settings::TileContext;
 use crate::field::walk::cell_sample::CellBox;
 use crate::slabs::view::{HalfRow, LANES};
 

@@ -10,12 +10,12 @@ use resample_core::OpacityMode;
 use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 
-use crate::field::setup::ray_values::{RayValues, Statistic};
-use crate::field::setup::settings::FieldSettings;
-use crate::field::setup::tile_context::{PlacedBrick, TileContext};
+use crate::field::settings::FieldSettings;
+use crate::field::settings::{PlacedBrick, TileContext};
+use crate::field::settings::{RayValues, Statistic};
 use crate::field::walk::cell_sample::{Located, interpolated};
 use crate::field::walk::gather::{GatherScratch, SampleRule, Window, set_lanes};
-use crate::slabs::channel::Role;
+use crate::slabs::settings::Role;
 use crate::slabs::view::{LANES, PlaneView};
 
 /// Gathers the statistic that the settings ask for.

@@ -3,12 +3,15 @@
 //! Takes a name, gives linear colours along 0..1. The tables come from the crate colorous (the schemes of matplotlib,
 //! ColorBrewer and d3), which gives 8-bit sRGB; they are decoded to linear light here. `greys` is our own: black to white,
 //! so that a projection shows high values bright. Every name with `_r` behind it is the map from its end to its beginning.
+//!
+//! The transfer functions of voxels that are colours: each component tints the channel that gives the opacity.
 
 use std::str::FromStr;
 
 use resample_core::image::linear_from_srgb;
+use resample_volume::volume::{Described, VoxelType};
 
-use crate::look::transfer::ColourKnot;
+use crate::look::transfer::{ColourKnot, OpacityKnot, TransferFunction};
 
 /// A named colour map. `parse` gives one by name; the default is viridis.
 #[derive(Clone, Copy, Debug)]
@@ -186,6 +189,31 @@ impl FromStr for ColourMap {
                     names.join(", ")
                 )
             })
+    }
+}
+
+/// The transfer function of a colour component (0 is red): from its sRGB code to linear light.
+pub fn tint(component: usize, volume: &dyn Described) -> TransferFunction {
+    let most = match volume.voxel_type() {
+        VoxelType::U16 => u16::MAX,
+        _ => u16::from(u8::MAX),
+    };
+    let knot = |code: u16| {
+        let share = f32::from(code) / f32::from(u8::MAX);
+        let mut rgb = [0.0; 3];
+        rgb[component] = linear_from_srgb(share);
+        ColourKnot {
+            value: f64::from(share) * f64::from(most),
+            rgb,
+        }
+    };
+    let opaque = OpacityKnot {
+        value: 0.0,
+        opacity: 1.0,
+    };
+    TransferFunction {
+        colours: (0..=u16::from(u8::MAX)).map(knot).collect(),
+        opacities: vec![opaque],
     }
 }
 

@@ -6,20 +6,15 @@ pub(crate) mod files;
 mod adjust;
 mod automatic;
 pub mod colour_map;
-mod function;
-mod kind;
-mod looks;
-mod mixed;
+pub(crate) mod function;
 pub mod presets;
-pub(crate) mod strength;
-mod tint;
 
+pub use automatic::DataKind;
 pub use colour_map::ColourMap;
+pub use colour_map::tint;
 #[cfg(feature = "input")]
 pub use files::FileLook;
 pub use function::{ColourEncoding, ColourKnot, OpacityKnot, TransferFunction};
-pub use kind::DataKind;
-pub use looks::DefaultLook;
+pub use presets::DefaultLook;
 pub use presets::{Preset, PresetScale};
 pub use resample_volume::volume::histogram::Histogram;
-pub use tint::tint;

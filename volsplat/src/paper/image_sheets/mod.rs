@@ -3,7 +3,6 @@
 //! `interpolate` solves for kernel coefficients, `kernel_field` prepares the samples, `kernel_project` lays them on slabs,
 //! `kernel_tile` sums a slab in one tile, and `kernel_sheets` is the driver.
 
-pub(crate) mod interpolate;
 pub(crate) mod kernel_field;
 pub(crate) mod kernel_sheets;
 pub(crate) mod kernel_project;

@@ -5,6 +5,4 @@
 
 pub(crate) mod sample;
 pub(crate) mod sample_light;
-pub(crate) mod cell_points;
-pub(crate) mod cell_samples;
 pub(crate) mod layer;

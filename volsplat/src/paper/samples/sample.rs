@@ -10,12 +10,12 @@ use rayon::prelude::*;
 use resample_core::OpacityMode;
 use resample_volume::volume::{Volume, Voxels, with_voxels};
 
-use crate::bricks::visible::BrickOfSamples;
-use crate::grid::bounds::{BRICK_SIDE, Bounds, brick_corners, pack_place, place};
+use crate::bricks::cull::BrickOfSamples;
+use crate::grid::{BRICK_SIDE, Bounds, brick_corners, pack_place, place};
 use crate::look::clip::{Clip, GridClip};
 use crate::look::scene::Scene;
 use crate::look::transfer::TransferFunction;
-use crate::look::transfer::strength::classified;
+use crate::look::transfer::function::classified;
 
 /// The visible voxels of a volume.
 #[derive(Clone, Debug)]

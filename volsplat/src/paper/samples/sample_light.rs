@@ -20,8 +20,8 @@ use resample_core::{Camera, GridView, Projection, dispatch};
 use resample_volume::volume::Grid;
 use resample_volume::volume::{Volume, with_voxels};
 
-use crate::grid::bounds::place;
-use crate::grid::units::gradient_from_differences;
+use crate::grid::gradient_from_differences;
+use crate::grid::place;
 use crate::light::{GradientRamp, ShadeSettings, gradient_in_f32};
 use crate::paper::samples::sample::{Brick, Samples};
 

@@ -1,3 +1,5 @@
+//! The content of a transfer function's file, whichever program wrote it.
+//!
 //! From the nodes of a VTK opacity curve to plain knots.
 //!
 //! Takes nodes with a midpoint and a sharpness, gives opacity knots. A node shapes the segment behind it: the midpoint is
@@ -5,7 +7,33 @@
 //! (above 0.99). Straight lines and steps come out exactly, the bent ones are sampled.
 //! Source: the documentation and behaviour of vtkPiecewiseFunction (VTK 9).
 
-use crate::look::transfer::OpacityKnot;
+use resample_core::image::linear_from_srgb;
+
+use crate::look::options::Shading;
+use crate::look::transfer::{ColourEncoding, ColourKnot, OpacityKnot};
+
+/// The content of a file.
+#[derive(Debug, Default)]
+pub(crate) struct Knots {
+    /// Absent where the file has opacity alone.
+    pub(crate) colours: Option<Vec<ColourKnot>>,
+    /// Absent where the file has colours alone.
+    pub(crate) opacities: Option<Vec<OpacityKnot>>,
+    /// The light, where the file says.
+    pub(crate) shading: Option<Shading>,
+    /// Length over which its opacities are meant, world units, where the file says.
+    pub(crate) opacity_unit: Option<f64>,
+    /// Ignored parts of the file, one sentence each.
+    pub(crate) notes: Vec<String>,
+}
+
+/// A colour in linear light.
+pub(crate) fn decoded(rgb: [f64; 3], encoding: ColourEncoding) -> [f32; 3] {
+    match encoding {
+        ColourEncoding::Linear => rgb.map(|channel| channel as f32),
+        ColourEncoding::Srgb => rgb.map(|channel| linear_from_srgb(channel as f32)),
+    }
+}
 
 /// One node as ParaView writes it.
 #[derive(Clone, Copy, Debug)]

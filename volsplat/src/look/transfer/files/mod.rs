@@ -9,8 +9,6 @@ pub(crate) mod colour_space;
 #[cfg(feature = "input")]
 pub(crate) mod curve;
 #[cfg(feature = "input")]
-pub(crate) mod knots;
-#[cfg(feature = "input")]
 pub(crate) mod paraview;
 #[cfg(feature = "input")]
 pub(crate) mod slicer;
@@ -24,7 +22,7 @@ use serde_json::Value;
 use super::automatic::opacities;
 use crate::Error;
 use crate::look::options::Shading;
-use crate::look::transfer::files::knots::Knots;
+use crate::look::transfer::files::curve::Knots;
 use crate::look::transfer::{ColourEncoding, ColourMap, OpacityKnot, TransferFunction};
 
 /// A transfer function of a file, and what the file says beside it.

@@ -9,10 +9,10 @@
 
 use serde_json::Value;
 
-use super::knots::{Knots, decoded};
 use crate::look::options::Shading;
 use crate::look::transfer::files::curve;
 use crate::look::transfer::files::curve::Node;
+use crate::look::transfer::files::curve::{Knots, decoded};
 use crate::look::transfer::{ColourEncoding, ColourKnot, OpacityKnot};
 
 /// Lines of a `.vp` file.

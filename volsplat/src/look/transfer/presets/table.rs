@@ -1,11 +1,39 @@
+//! One row of the table of presets.
+//!
 //! The knots, the light and the blending of every preset.
 //!
 //! Colours are red, green, blue in linear light, none above 0.9, so that a highlight still shows; opacities are per voxel.
 //! Source: our own, from the Hounsfield units of tissues and from pictures of data that they were not made on.
 
-use super::entry::Entry;
-use super::entry::PresetScale::{Hounsfield, Share, Signal};
 use crate::look::options::{Blend, Shading};
+use crate::look::transfer::presets::table::PresetScale::{Hounsfield, Share, Signal};
+
+/// The scale of a preset's knots.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PresetScale {
+    /// Hounsfield units, as CT has them.
+    Hounsfield,
+    /// Shares 0..=1 of the range of the volume's values.
+    Share,
+    /// Shares 0..=1 from the end of the background to the top of the range.
+    Signal,
+}
+
+/// A preset.
+#[derive(Debug)]
+pub(crate) struct Entry {
+    pub(crate) name: &'static str,
+    pub(crate) about: &'static str,
+    pub(crate) scale: PresetScale,
+    /// The light that it was made for.
+    pub(crate) shading: Shading,
+    /// The value of a ray that it was made for.
+    pub(crate) blend: Blend,
+    /// Scalar, then red, green, blue in linear light.
+    pub(crate) colours: &'static [(f64, [f32; 3])],
+    /// Scalar and opacity per voxel.
+    pub(crate) opacities: &'static [(f64, f64)],
+}
 
 /// Fat: pale yellow.
 const FAT: [f32; 3] = [0.75, 0.45, 0.16];
