@@ -1,12 +1,6 @@
-//! Places in a grid of voxels: the boxes of its bricks, and the unit in which lengths are counted.
+//! Places in a grid of voxels: its bricks, their order, and the boxes around their contents; and the unit in which lengths are counted.
 //!
-//! Bricks of a grid: their order, the places of voxels in them, and the boxes around what they hold.
-//!
-//! Takes the size of a grid, gives bricks in Morton order, so that a run of bricks is compact in space and touches few
-//! screen tiles.
-//!
-//! Lengths: what f32 and f64 hold of them, and the unit that a picture is computed in.
-//!
+//! Bricks are in Morton order, so that a run of bricks is compact in space and touches few screen tiles.
 //! The world's unit is the user's: metres for molecules, or parsecs. Samples count lengths in a power of two near their
 //! spacing, so that squares and cubes are far from the ends of f32, and a scene in another unit is the same numbers.
 

@@ -1,20 +1,11 @@
-//! Volumes that are larger than memory: surveyed once, and read brick by brick.
+//! Volumes that are larger than memory: surveyed once, and read in blocks of bricks.
 //!
-//! Blocks: whole rows of bricks of cells, as many as are read from a file at once.
-//!
-//! A brick of cells shares its last vertices with the next, so neighbouring blocks overlap by one voxel. Rows go all
-//! along x, as the file does: a row of bricks is read in pieces as long as a line of voxels.
-//!
-//! The survey of a stored volume: one reading that collects the facts used later.
-//!
-//! Counts of all values where the type has few, else their range and then one more reading for the histogram; and the
-//! least and greatest scalar of every brick of cells. Its results equal those of a volume in memory.
-//!
-//! A volume that is larger than memory: the voxels stay in their file, and a summary of them fits.
-//!
-//! Takes a source of voxels, reads it once from end to end, and keeps its place in the world, the counts of its values,
-//! and the least and greatest scalar of every brick of cells. A transfer function then decides which bricks can be seen
-//! without another look at the source. It is read in blocks of bricks that fit the memory.
+//! Takes a source of voxels, reads it once from end to end, and keeps its place in the world, the counts of its values (of all values where
+//! the type has few, else their range and then one more reading for the histogram),
+//! and the least and greatest scalar of every brick of cells; they equal those of a volume in memory. A transfer function then decides
+//! which bricks can be seen without another look at the source.
+//! A brick of cells shares its last vertices with the next, so neighbouring blocks overlap by one voxel. Blocks are whole rows of bricks
+//! along x, as the file is ordered: a row of bricks is read in pieces as long as a line of voxels.
 
 use std::ops::Range;
 use std::sync::Arc;

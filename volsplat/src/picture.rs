@@ -1,18 +1,10 @@
 //! The picture: tiles of sub-pixels that become pixels.
 //!
-//! How many sub-pixels a picture needs along a pixel's side.
-//!
-//! The tiles of a frame: what each shows, and what it cost.
-//!
-//! The means of pixels from their sub-pixels and their neighbours'.
-//!
 //! The mean of a pixel's sub-pixels is the midpoint rule. The first term of its error, by the Euler-Maclaurin formula, is
 //! h^2/24 times the change of the picture's slope over the pixel along both axes, h being the distance of sub-pixels. The slope
 //! at a side is the difference of the half-pixels, or of the single samples, that meet there. All weights of sub-pixels
 //! are positive, so that a mean stays among the values that it is made of.
 //! Limits: at the picture's rim an axis without a neighbour is left as it is.
-//!
-//! The last stage: the tiles become a picture.
 
 use std::ops::Range;
 

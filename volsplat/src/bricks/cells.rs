@@ -1,22 +1,9 @@
-//! The tables of a brick: how many cells, vertices and faces it has, and in which order.
-//!
-//! The scalars of a brick at its vertices: numbers, or bytes by face.
-//!
-//! Bytes take four in one number for each face of a cell: a sample reads its cell at twice, and a brick takes four fifths of
-//! the memory of one number a vertex.
-//!
-//! Gradients of a brick at its vertices.
-//!
-//! Takes the voxels of a volume and what each of them stands for, reads those of a brick and one more on all sides, and
-//! differences them. Differences of bytes are kept as they are, whole numbers, three in four bytes; they become a gradient
-//! where a sample is lit. That takes a quarter of the memory of vectors.
-//!
-//! The map from differences of voxels to gradients in the world.
-//!
 //! Cells: the space between eight voxels each, in bricks that hold at least one visible scalar.
 //!
-//! The other way to keep a field: where a sheet's sum is gathered, sample by sample, a brick stores the scalars at all
-//! its vertices side by side, so that the eight that a sample needs are a few cache lines apart. Bricks whose cells
+//! A brick stores the scalars at all its vertices side by side, so that the eight that a sample needs are a few cache lines apart: as
+//! numbers, or as bytes, four in one number for each face of a cell, which a sample reads at twice. Gradients are stored at the same
+//! vertices. Differences of bytes are kept as they are, whole numbers, three in four bytes; they become a gradient
+//! where a sample is lit. That takes a quarter of the memory of vectors. Bricks whose cells
 //! hold no visible scalar are dropped, and the others know the box of their visible cells. Further channels and a mask go
 //! with the brick, in tables of the same layout.
 

@@ -1,10 +1,8 @@
-//! Culling: what lies outside the view is dropped before it is projected, brick by brick.
+//! Culling: bricks outside the view are dropped before they are projected.
 //!
 //! The view is bounded by five planes in camera space: the near plane and the four sides of the picture, moved out by
 //! the reach of the pixel filter. A brick is dropped when its box, grown by the kernel radius, lies wholly behind one
 //! of them: never too early, sometimes too late near an edge of the view, where the tiles then drop its samples.
-//!
-//! Culling: the bricks that may reach into the view.
 
 use glam::DVec3;
 use rayon::prelude::*;

@@ -1,15 +1,10 @@
-//! From a scene and options to what its bricks are made from.
-//!
-//! What the options ask for decides which cells are kept: those that a transfer function shows, all of them where a
-//! statistic of the whole ray is wanted, those that hold the scalar of a surface.
-//!
 //! From volumes to bricks of cells: which cells are kept, their scalars, gradients and masks.
 //!
-//! All bricks of a scene of scalars: those that are shown, and the others, kept for when they are.
-//!
-//! A brick's scalars do not depend on what is shown of them. Where all bricks are kept, another transfer function only asks
-//! each of them again which of its cells may be seen, and gives gradients to those that lack them. A brick that is
-//! shown is the one that a preparation for this function alone would give.
+//! The options decide which cells are kept: those that a transfer function shows, all of them where a
+//! statistic of the whole ray is wanted, those that hold the scalar of a surface. A viewer keeps all bricks of a scene of scalars: a brick's
+//! scalars do not depend on the transfer function, so that another one only tests
+//! which cells may be seen, and adds gradients to bricks that lack them. A brick that is
+//! shown is the one that a preparation for this function alone would make.
 
 use std::cmp::Ordering;
 

@@ -1,11 +1,8 @@
-//! The cells of a brick that may be visible: from the least and the greatest value at the corners of each.
+//! The support of a transfer function: the scalars that it shows, and the cells of a brick in which they occur.
 //!
-//! Ranges are found along one axis after another, all cells side by side: loops that become vector instructions.
-//!
-//! The support of a transfer function: the scalars that it shows.
-//!
-//! Cells and voxels are dropped when their scalars miss the support; the test may keep what it could drop, and never
-//! drops what is seen.
+//! Cells and voxels are dropped when their scalars miss the support; the test may keep cells that it could drop, and never
+//! drops a visible one. The range of a cell is that of its corners; ranges are found along one axis after another, all cells side by side:
+//! loops that become vector instructions.
 
 use std::ops::RangeInclusive;
 

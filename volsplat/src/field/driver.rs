@@ -1,18 +1,11 @@
-//! From a scene and options to what the field keeps: bricks of cells, the surface, the statistic.
+//! The driver of the field: from a scene and options to bricks of cells, and from cameras to tiles.
 //!
-//! The driver of the field: from cameras to tiles.
-//!
-//! Another look at the same voxels: what a viewer changes between two pictures.
-//!
-//! Takes the scene and the options as they are now. Where all bricks of cells are kept, they are asked again what is shown
-//! of them, and the tables beside them are made anew. The pictures are those of a renderer that is prepared for this look.
-//!
-//! Another transfer function for the same bricks: what an animation changes from picture to picture.
-//!
-//! The bricks of cells hold scalars, and the transfer function is a table beside them: as long as the bricks hold all that
-//! the new function shows, only the table is made again, and what was made from it. A renderer that was prepared with the
+//! A viewer changes the look between two pictures: where all bricks of cells are kept, their visible cells are found again,
+//! and the tables beside them are made anew. The pictures are those of a renderer that is prepared for this look.
+//! An animation changes the transfer function: as long as the bricks hold all scalars that
+//! the new function shows, only its table is made again, and everything that depends on it. A renderer that was prepared with the
 //! mean of several functions can so take any of them, and any mean of them.
-//! Limits: one channel of scalars, no mask, gathered sheets.
+//! Limits: such an animation has one channel of scalars, no mask, gathered sheets.
 
 use std::sync::Arc;
 

@@ -1,13 +1,9 @@
-//! Bricks of cells on the screen: in front-to-back order, each with the planes and the pixels that it covers.
+//! One frame from bricks of cells in memory: drops those outside the view, puts the others on the screen in front-to-back order, each with
+//! the planes and the pixels that it covers, and has each tile sample its bricks.
 //!
 //! In a regular grid a ray that leaves a brick never returns, and along each axis it only moves away from the eye. So
 //! the number of bricks between the eye's brick and another, added up over the axes, grows along every ray: sorted by
 //! it, no brick hides one that came before. This holds in a sheared grid too, because rays stay straight in it.
-//!
-//! One frame from bricks of cells in memory.
-//!
-//! Takes the bricks, drops those outside the view, puts the others on the screen in front-to-back order, and has each
-//! tile sample what it sees of them (`gather`).
 
 use glam::DVec3;
 use rayon::prelude::*;

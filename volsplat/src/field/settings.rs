@@ -1,16 +1,9 @@
-//! The rays of a tile, and an isosurface's settings.
+//! Settings that the tiles of a frame share, and one brick in one tile: takes a scene, options and a camera, returns the values that every
+//! tile reads.
 //!
-//! Values of a tile's rays so far, for projections.
-//!
-//! Bricks of one colour, seen from afar: which of them a ray crosses in one long step.
-//!
-//! Takes a brick's range of scalars and its size on the screen. Where the transfer function gives all its scalars one
+//! A brick of one colour, seen from afar, is crossed in one step. Where the transfer function gives all scalars of a brick one
 //! colour and one extinction, and a voxel is small on the screen, the planes that a ray crosses inside are counted
-//! (`uniform_walk`) and composited at once: the same picture to rounding, in a fraction of the time.
-//!
-//! Settings shared by every tile of a frame of the field, and the frame.
-//!
-//! The next step of a tile: a brick on the screen, with the frame's settings and the tile's view.
+//! (`constant_walk`) and composited at once: the same picture to rounding, in a fraction of the time.
 
 use std::sync::Arc;
 

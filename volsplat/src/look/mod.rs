@@ -1,11 +1,11 @@
-//! The look of a volume: what a caller chooses of it, before any work.
+//! The look of a volume: the choices of a caller, before any work.
 //!
 //! `transfer` functions map scalars to colours and opacities, `palette` colours labels, `clip` keeps a part, a `scene` joins volumes
-//! with their looks, and `options` holds every other choice. `visible_values` asks which values a transfer function shows.
+//! with their looks, and `options` holds every other choice, with those of the paper's samples in `sample_options`.
 
-mod sample_options;
 pub mod transfer;
 pub(crate) mod palette;
 pub mod clip;
 pub mod scene;
+mod sample_options;
 pub mod options;

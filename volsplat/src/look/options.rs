@@ -1,13 +1,8 @@
-//! Options: one struct of choices that every picture has, and one for each of the two pipelines.
+//! Options: one struct of choices that every picture has, and one for each of the two pipelines; out-of-range numbers and contradictions
+//! are refused.
 //!
 //! Every number has its unit, range and default beside it. With the crate feature `serde` options can be written and
 //! read, and with `clap` they are arguments of a command line; names are the same in both.
-//!
-//! The choices of the field: the volume, interpolated and sampled on sheets.
-//!
-//! Choices of appearance that both pipelines share: light, sub-pixels, depth.
-//!
-//! Refused options: numbers out of range, and choices that contradict one another.
 
 use glam::DVec3;
 use resample_core::simd::SimdLevel;

@@ -1,6 +1,5 @@
-//! The values of a volume that a transfer function shows, and how many voxels have them.
-//!
-//! The scene: one channel or several on one grid, each with its own look, and a mask over all of them.
+//! The scene: one channel or several on one grid, each with its own look, and a mask over all of them; and the values of a volume that a
+//! transfer function shows.
 //!
 //! Channels lie over one another: their extinctions add up, and their colours mix in proportion to their extinctions. Each
 //! is classified by itself. Tints have no extinction: where there are any, their sum multiplies the colour of all others.

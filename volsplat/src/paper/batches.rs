@@ -1,20 +1,15 @@
-//! Hidden samples: opaque tiles, and samples that touch opaque tiles alone.
+//! Batches: bricks of samples in view, front to back, as many at a time as pay for a test of what is hidden behind them.
 //!
-//! After each batch of bricks the opaque tiles are counted into a table of sums, so that the question whether every tile of
-//! a rectangle is opaque takes four reads, however large it is: what a pyramid of tiles and larger squares would answer by
-//! descent. A pixel of an opaque tile changes no more than by its bound, whatever comes behind; so what touches opaque
+//! Bricks are put in order of the least depth that a sample of theirs may have, and cut into runs that one task projects. A batch is
+//! composited up to the least depth
+//! of the next one, and samples beyond wait: so every sample still comes over those behind it. The batches and runs are cut
+//! without regard to the number of threads.
+//!
+//! After each batch the opaque tiles are counted into a table of sums, so that the question whether every tile of
+//! a rectangle is opaque takes four reads, however large it is: a pyramid of tiles and larger squares would need a
+//! descent. A pixel of an opaque tile changes no more than by its bound, whatever lies behind; so samples that touch opaque
 //! tiles alone need not be projected.
 //! Source: hidden voxels are the paper's future work (section 6).
-//!
-//! Chunks: the bricks in view, cut into runs that one task projects.
-//!
-//! The cut looks at the bricks alone, never at the number of threads.
-//!
-//! Batches: bricks of samples in view, front to back, as many at a time as are worth looking again what they hide.
-//!
-//! Bricks are put in order of the least depth that a sample of theirs may have. A batch is composited up to the least depth
-//! of the next one, and what lies beyond waits: so every sample still comes over those behind it. The batches are cut
-//! without regard to the number of threads.
 
 use glam::DVec3;
 use rayon::prelude::*;

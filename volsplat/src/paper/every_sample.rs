@@ -1,14 +1,13 @@
-//! A frame's settings for projection and compositing: from the options, the camera and a layer.
-//!
 //! The every-sample order: each sample over those behind it, in strict depth order (the paper's choice, section 4.1).
 //!
 //! 1. input: a volume and a transfer function were classified into bricks of samples ([`crate::paper::samples::sample`]);
-//! 2. sample and select: visible bricks are projected, each sample becomes a point or a splat (`project`);
+//! 2. sample and select: visible bricks are projected, each sample becomes a point or a splat (`project`), by settings from the options, the
+//!    camera and a layer;
 //! 3. accumulate: primitives are listed by screen tile, each tile sorts its list by depth;
 //! 4. composite: points and splats are composited front to back, tile by tile, until the tile is opaque.
 //!
-//! The bricks go through these stages in batches, front to back ([`crate::paper::batches`]), so that what lies behind opaque tiles is
-//! never projected ([`crate::paper::hiding`]).
+//! The bricks go through these stages in batches, front to back ([`crate::paper::batches`]), so that samples behind opaque tiles are
+//! never projected.
 //!
 //! The axis-sheets order ([`crate::paper::axis_sheets`]) runs the same stages; it sorts by slice and composites whole slices.
 

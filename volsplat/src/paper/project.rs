@@ -1,17 +1,15 @@
-//! Samples at the eye: kernels that hold the eye or cross the near plane.
-//!
-//! Their outline is a parabola, a hyperbola, or the whole screen, and only the part of the kernel beyond the near
-//! plane is seen. There are few of them (within a kernel radius of the near plane, inside the view), so they are
-//! integrated plainly in f64, pixel by pixel, with the kernel's own partial line integral, in front of all others.
-//!
-//! Projection: the samples of a brick become points and splats on the screen (the stages sample and select).
+//! Projection: the samples of a brick become points and splats on the screen, and each tile composites its own (the stages sample, select,
+//! accumulate and composite).
 //!
 //! Positions are f32 relative to the eye, taken there in f64 once per brick; so a volume may lie 1e7 units from the
 //! origin. Geometry is computed for a block of samples at a time in plain loops over arrays, which the compiler turns
 //! into vector code; the irregular steps (culling, rows, tiles) follow one by one. The formulas are those of
 //! `resample_core::footprint`, which is the f64 twin.
 //!
-//! The tiles of samples: gathering, sorting, and compositing each tile's list (the stages accumulate and composite).
+//! The outline of a kernel that holds the eye or crosses the near plane is a parabola, a hyperbola, or the whole screen, and only its part
+//! beyond the near
+//! plane is seen. There are few of them (within a kernel radius of the near plane, inside the view), so they are
+//! integrated plainly in f64, pixel by pixel, with the kernel's own partial line integral, in front of all others.
 //!
 //! A tile gathers its slices from the chunks in source order, sorts them by depth, and composites until it is opaque.
 //! One task owns a tile from start to end.

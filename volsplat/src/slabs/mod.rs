@@ -1,7 +1,7 @@
 //! Slabs parallel to the picture: tables and cameras that both pipelines share.
 //!
-//! `channel` and `settings` join a look with its tables: exact integrals of a transfer function (`integrals`), a table over scalars
-//! (`table`), sections of a kernel (`section`, `projection`). `view` is the camera of a tile on each plane, `lanes` half a row of it.
+//! `table` holds a transfer function over scalars and its exact integrals, `section` the outlines of a kernel or brick on a plane;
+//! `settings` joins a look with them, and `view` is the camera of a tile on each plane.
 
 pub(crate) mod settings;
 pub(crate) mod table;

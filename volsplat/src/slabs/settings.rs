@@ -1,9 +1,7 @@
-//! Settings shared by every tile of a frame: the slabs, the transfer function, the light.
+//! Settings shared by every tile of a frame: the slabs, the light, and how each channel is read and classified.
 //!
 //! Slabs are parallel to the image plane and equally thick; the plane of slab k is at camera z = (k + 1/2) thickness,
 //! fixed to the eye, so that nothing pops when the view turns.
-//!
-//! Settings of a channel: how its samples are read and classified.
 
 use std::sync::Arc;
 

@@ -1,6 +1,5 @@
-//! Vectors of samples: half a row of a tile.
-//!
-//! Integrals of a transfer function over the scalar: the mean colour and extinction between two scalars, exactly.
+//! Post-classification: the transfer function as a table over the scalars that it shows, and its integrals over the scalar: the mean colour
+//! and extinction between two scalars, exactly.
 //!
 //! Along a short piece of a ray the scalar changes linearly, so that the mean of the extinction over the piece is the
 //! integral of the extinction between the scalars at its ends, over their difference; colours weigh by extinction. Sums
@@ -9,8 +8,6 @@
 //! Source: K. Engel, M. Kraus, T. Ertl, "High-Quality Pre-Integrated Volume Rendering Using Hardware-Accelerated Pixel
 //! Shading", Graphics Hardware 2001, which tabulates both scalars; here one is enough.
 //! Limits: inside a piece, no part hides another: pieces must be short beside what the extinction lets through.
-//!
-//! Post-classification: the transfer function as a table over the scalars that it shows.
 
 use std::sync::Arc;
 

@@ -1,13 +1,9 @@
 //! Cells of a volume that stays in its file: an index of the bricks that can be seen, and the bricks when they are needed.
 //!
 //! Takes a surveyed volume and a transfer function. The bricks whose range of scalars the function may show are read
-//! once, for the box of their visible cells; what fits the memory stays, in the type of the file. A frame goes through
-//! the layers of bricks from the eye away (`frame.rs`) and reads what it still lacks, unless it is hidden.
+//! once, for the box of their visible cells; as many as fit the memory stay, in the type of the file. A frame goes through
+//! the layers of bricks from the eye away (`frame.rs`) and reads those that it still lacks, a row of bricks at a time, unless they are hidden.
 //! Limits: one channel of scalars and no mask.
-//!
-//! The index of the visible bricks of a large volume: eight bytes a brick, row by row.
-//!
-//! Bricks out of the file, a row of them at a time; and bricks packed in the type of the file.
 
 mod frame;
 

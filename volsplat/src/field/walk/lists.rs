@@ -1,8 +1,6 @@
-//! A list of samples that wait to be classified, and of those among them that show something.
+//! Lists of samples and of ray segments that wait to be classified, side by side whatever rays they belong to.
 //!
-//! Segments of rays that wait to be classified, side by side whatever rays they belong to.
-//!
-//! The list holds parts of rays in cells. Each is one segment, or two halves of equal length: those share the corners of
+//! A part of a ray in a cell is one segment, or two halves of equal length: those share the corners of
 //! the cell and the point where they meet.
 
 use fearless_simd::prelude::*;

@@ -2,16 +2,12 @@
 //!
 //! Between the faces of one cell the trilinear field is a cubic along a ray, without a kink; its eight corners are
 //! gathered, and the field is read at the ends of equal segments inside. Along a segment the scalar is taken to
-//! change linearly, and the transfer function is integrated between its ends (`sheets::integrals`): a shell that is
+//! change linearly, and the transfer function is integrated between its ends (`slabs::table`): a shell that is
 //! thinner than the distance of samples keeps its opacity, where samples would hit it or miss it and draw rings.
-//! Cells that cannot show anything are passed over; segments in the others wait in a list (`segment_list`). Bricks share their faces to the bit.
-//! Limits: the field is linear between the ends of a segment; lit by the gradient at the middle of what it shows.
-//!
-//! Classifies and composites the segments that wait in a list.
-//!
-//! Of the segments in cells that may show something a sixth shows anything: those that meet the transfer function's
-//! shown scalars are picked, integrated and lit a vector at a time, and composited one by one. Segments keep the order in
-//! which rays meet them.
+//! Cells that cannot show anything are skipped; segments in the others wait in a list (`lists`). Of those a sixth shows anything: the
+//! segments that meet the transfer function's shown scalars are selected, integrated and lit a vector at a time, and composited one by one,
+//! in the order in which rays meet them. Bricks share their faces to the bit.
+//! Limits: the field is linear between the ends of a segment; lit by the gradient at the middle of its visible part.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f32x16, i32x16, mask32x8, mask32x16, u8x64, u32x16};

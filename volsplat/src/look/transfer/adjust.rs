@@ -1,13 +1,11 @@
-//! Transfer functions from a window, and more or less of an opacity.
+//! Transfer functions from a window, with more or less opacity, and the weighted mean of two, for animations.
 //!
-//! Takes a level and a width and gives the ramp that radiologists know; takes a function and a factor and gives the
+//! Takes a level and a width and returns the ramp that radiologists know; takes a function and a factor and returns the
 //! function with its extinction multiplied by it. A scaled opacity is 1 - (1 - opacity)^s, which bends each straight
 //! segment; the bent curve is cut at its middle, again and again, until straight pieces follow it.
 //! Limits: the pieces miss the curve by at most [`MAX_ERROR`], apart from the last 2^-32 of a segment; see there.
 //!
-//! The mean of two transfer functions, weighted: what lies between two keys of an animation.
-//!
-//! Both are piecewise linear, and so is their weighted mean; it may bend or step only where one of them does. So the
+//! Two functions are piecewise linear, and so is their weighted mean; it may bend or step only where one of them does. So the
 //! mean has its knots at the union of theirs, and where either steps, two of them: the limits from below and above.
 //! Limits: opacities are mixed, not extinctions; an opaque surface that fades is half opaque half way.
 

@@ -1,7 +1,6 @@
-//! The kind of data that a volume holds, as far as its values tell it.
+//! The kind of data that a volume holds, as far as its values tell it, and a transfer function from nothing but the histogram.
 //!
-//! Takes a volume and its histogram, gives one of four kinds: Hounsfield units, another scan of a patient, labels, or a field of any other quantity.
-//! The rules, the first that fits:
+//! Takes a volume and its histogram, returns one of four kinds. The rules, the first that fits:
 //! 1. Hounsfield units: the range of a CT scanner, not in 8 bits, and most values are air, padding or soft tissue; or the
 //!    file calls itself CT and the range fits.
 //! 2. Labels: whole numbers, at most 512 of them that differ; of neighbours that are not 0 most are equal, and those that
@@ -9,15 +8,12 @@
 //! 3. A scan: the file calls itself MR, or names a patient's space and holds nothing below 0.
 //! 4. A field otherwise.
 //!
-//! Limits: values alone do not tell MR from CT that was shifted; labels of a volume that stays in its file are not found.
-//!
-//! A transfer function from nothing but the histogram.
-//!
-//! Takes counts, gives opacity knots, and colours from a named map. Otsu's threshold divides the scalars into a lower
-//! class, the background, and an upper one, the object. The ramp begins where the background is over, which lies
+//! The function is opacity knots, with colours from a named map. Otsu's threshold divides the scalars into a lower
+//! class, the background, and an upper one, the object. The ramp begins at the end of the background, which lies
 //! below the threshold when the background is narrow, so that thin and faint parts of the object stay.
 //! Source: Otsu, "A Threshold Selection Method from Gray-Level Histograms", IEEE Trans. SMC 9(1), 1979.
-//! Limits: what is bright is the object; data with a bright background needs its own function.
+//! Limits: values alone do not tell MR from CT that was shifted; labels of a volume that stays in its file are not found. Bright scalars
+//! are taken as the object; data with a bright background needs its own function.
 
 use resample_volume::volume::{
     Described, Modality, Volume, VoxelType, Voxels, scalar, with_voxels,

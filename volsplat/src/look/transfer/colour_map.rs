@@ -1,10 +1,8 @@
-//! Named colour maps.
+//! Named colour maps, and the transfer functions of voxels that are colours, each of whose components tints the channel that gives the opacity.
 //!
-//! Takes a name, gives linear colours along 0..1. The tables come from the crate colorous (the schemes of matplotlib,
+//! Takes a name, returns linear colours along 0..1. The tables come from the crate colorous (the schemes of matplotlib,
 //! ColorBrewer and d3), which gives 8-bit sRGB; they are decoded to linear light here. `greys` is our own: black to white,
 //! so that a projection shows high values bright. Every name with `_r` behind it is the map from its end to its beginning.
-//!
-//! The transfer functions of voxels that are colours: each component tints the channel that gives the opacity.
 
 use std::str::FromStr;
 

@@ -1,12 +1,10 @@
-//! The transfer function: from a scalar to a colour and an opacity.
+//! The transfer function: from a scalar to a colour and an opacity, and from an opacity to the extinction that pictures sum.
 //!
-//! Takes colour knots and opacity knots, gives both at any scalar. Between knots the colour (linear light) and the
+//! Takes colour knots and opacity knots, returns both at any scalar. Between knots the colour (linear light) and the
 //! opacity are interpolated linearly, beyond the ends they are constant. Two knots at one value are a step, and the
 //! upper side of the step holds from that value on: with knots (71, 0) and (71, 1), a scalar of 71 is opaque.
 //! Opacity is meant per unit of length; 1 is allowed, and the renderer bounds the extinction that follows from it.
-//! Readers and makers of transfer functions are in the child modules; whatever they know is brought to knots.
-//!
-//! From opacity to strength: what a transfer function's opacity is in the sums of a picture.
+//! Readers and makers of transfer functions are in the other files of this folder; all of them end in knots.
 
 use resample_core::OpacityMode;
 use resample_volume::volume::histogram::share_of;

@@ -1,18 +1,15 @@
-//! Named looks for what is scanned and simulated most: a transfer function, its light, and the value of a ray.
+//! Named looks for the usual scans and simulations: a transfer function, its light, and the value of a ray; and the look of data for which
+//! the caller chose none.
 //!
-//! Takes a name, gives knots. Those for CT are written in Hounsfield units, which mean the same in every scanner: air is
+//! Takes a name, returns knots. Those for CT are written in Hounsfield units, which mean the same in every scanner: air is
 //! -1000, water 0, fat about -100, muscle 50, blood with contrast agent 150 to 400, bone from 200 to above 1500. Other data
 //! has no such unit, so its knots are shares of the range that almost all of the volume's values lie in, from its lower end
 //! or from the end of the background. `table.rs` has the numbers.
-//! Limits: a contrast agent and spongy bone have the same values, and no function of the value alone parts them.
 //!
-//! The look of data for which nobody asked for one.
-//!
-//! Takes the kind of the data and its histogram, gives a transfer function and its light: Hounsfield units look as the preset
+//! By default, Hounsfield units look as the preset
 //! `ct`, another scan as `scan`, a field as the automatic function does. A field of
-//! more than one value is lit: its opacity begins at a surface.
-//! Labels need no function: they have a table of colours.
-//! Limits: what is bright is the object, as for the automatic function.
+//! more than one value is lit: its opacity begins at a surface. Labels need no function: they have a table of colours.
+//! Limits: a contrast agent and spongy bone have the same values, and no function of the value alone separates them.
 
 mod table;
 

@@ -1,4 +1,5 @@
-//! Interpolating kernels: coefficients in place of scalars, so that the kernels' sum passes through the data.
+//! The voxels that a post-classified sum of wide kernels needs, and coefficients in place of their scalars, so that the kernels' sum passes
+//! through the data.
 //!
 //! A kernel that is not 0 at its neighbours blurs: at a voxel, the normalised sum is a mean over the neighbourhood. Solved
 //! for at load, the coefficients c of sum_k c_k h(x_i - x_k) / sum_k h(x_k) = f_i undo that at every voxel. The operator is a
@@ -8,12 +9,10 @@
 //! a radial kernel is not separable, so that his recursive filter does not serve.
 //! Limits: kernels of radius up to 2. Beyond the volume the outermost coefficients go on.
 //!
-//! The voxels that a post-classified sum of wide kernels needs, stored compactly, brick by brick.
-//!
 //! A kernel reaches over [`REACH`] voxels, so a place may be visible when the scalars within its reach range over a visible
 //! one; every voxel that reaches such a place is *needed*. A place next to it is reached by some needed voxels as well, and
 //! would be classified from a part of its neighbours: so the voxels around the needed ones are kept too, without being
-//! needed, and what no needed voxel reaches is known to be invisible. The volume is continued beyond its faces by its
+//! needed, and places that no needed voxel reaches are known to be invisible. The volume is continued beyond its faces by its
 //! outermost voxels, so that sums are complete up to them; indices count from [`MARGIN`] before the first voxel.
 
 use glam::{DAffine3, DVec3};

@@ -1,5 +1,3 @@
-//! Kernels on sheets: the slabs and the tiles that the kernel around a voxel touches.
-//!
 //! Kernels on the screen: each sample of a brick becomes a point of one slab or sections of several, listed by tile.
 
 use glam::{DVec3, Vec3};

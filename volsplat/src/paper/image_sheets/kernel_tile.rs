@@ -1,15 +1,3 @@
-//! Tiles of sheets in which kernels are summed.
-//!
-//! The sums of the slabs that are open over a tile, and the samples added to them.
-//!
-//! Sections of a ball: what each ray collects of a radial kernel between the planes of the slabs.
-//!
-//! How far a ray passes from the centre is the same for all slabs. So pixels come first and slabs after: the distance, the
-//! chord and the polynomial of the share are made once for a vector of rays, and the share up to a plane between two slabs
-//! serves both of them.
-//!
-//! The end of a slab: its sums are clamped, classified and lit where that is wanted, and composited.
-//!
 //! One tile of sheets, summed from kernels cut into slab sections, or from points.
 //!
 //! Each voxel adds what it carries, times the integral of its kernel along each pixel's ray through the slab, to every slab
@@ -17,6 +5,10 @@
 //! spans. A slab that nothing can reach any more is composited behind those before it: its sums are either extinction and
 //! colours (pre-classified), or scalar and weight, whose quotient is classified now (post-classified), and where samples
 //! are lit also the gradient. The clip and the near plane cut each ray, and with it the sections, exactly.
+//!
+//! The distance at which a ray passes the centre is the same for all slabs. So pixels come first and slabs after: the distance, the
+//! chord and the polynomial of the share are computed once for a vector of rays, and the share up to a plane between two slabs
+//! serves both of them.
 
 use fearless_simd::f32x8;
 use fearless_simd::prelude::*;

@@ -3,18 +3,12 @@
 //! A layer is a lattice with its samples and with the clip in its own indices. One kernel serves all of them: each uses it
 //! at its own spacing, so that samples of half the side have a kernel of half the radius.
 //!
-//! Values of channels at points inside one cell, and their means.
-//!
-//! Takes the scalars at the corners of a cell and the tables of the channels.
-//!
-//! Samples of cells: what lies between voxels, classified before it is averaged.
-//!
-//! A transfer function applied to a voxel misses what happens between voxels. Here every cell of eight voxels is asked at
-//! [`POINTS`] places a side: the field is interpolated there and then classified, and the cell becomes one sample of the
+//! A transfer function applied to a voxel misses what happens between voxels. So every cell of eight voxels is classified at
+//! [`POINTS`] places a side, interpolated there, and the cell becomes one sample of the
 //! mean extinction and the extinction-weighted mean colour, or none where the field gives none. A cell in which the
 //! classified field varies is split instead, into samples of half its side, and those once more: each size is a lattice of
 //! its own ([`Samples`]), on which the kernel has its usual radius. So memory follows what is visible and how fine it is.
-//! Limits: the mean over a cell knows no direction; what varies inside a quarter of a cell is asked once.
+//! Limits: the mean over a cell knows no direction; a detail inside a quarter of a cell is sampled once.
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;

@@ -1,8 +1,6 @@
-//! The content of a transfer function's file, whichever program wrote it.
+//! The content of a transfer function's file, whichever program wrote it, and the curves of VTK as plain knots.
 //!
-//! From the nodes of a VTK opacity curve to plain knots.
-//!
-//! Takes nodes with a midpoint and a sharpness, gives opacity knots. A node shapes the segment behind it: the midpoint is
+//! Takes nodes with a midpoint and a sharpness, returns opacity knots. A node shapes the segment behind it: the midpoint is
 //! where the curve is half way, the sharpness bends it from a straight line (below 0.01) over a Hermite curve to a step
 //! (above 0.99). Straight lines and steps come out exactly, the bent ones are sampled.
 //! Source: the documentation and behaviour of vtkPiecewiseFunction (VTK 9).

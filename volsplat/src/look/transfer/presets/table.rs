@@ -1,5 +1,3 @@
-//! One row of the table of presets.
-//!
 //! The knots, the light and the blending of every preset.
 //!
 //! Colours are red, green, blue in linear light, none above 0.9, so that a highlight still shows; opacities are per voxel.
