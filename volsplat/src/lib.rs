@@ -63,5 +63,5 @@ pub use resample_volume::{
     Volume, VoxelType, Voxels, Watch, error, labels, procedural, volume,
 };
 #[cfg(feature = "input")]
-pub use resample_volume::{LoadOptions, RawOptions, input, load};
+pub use resample_volume::{LoadOptions, RawOptions, input, load, load_components};
 pub use stats::{FrameStats, StageTimes};

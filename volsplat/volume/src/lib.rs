@@ -28,7 +28,7 @@ pub mod error;
 
 pub use error::Error;
 #[cfg(feature = "input")]
-pub use input::{LoadOptions, RawOptions, load};
+pub use input::{LoadOptions, RawOptions, load, load_components};
 pub use labels::{LabelLook, LabelTable};
 pub use source::Watch;
 pub use source::{Region, VoxelSource};

@@ -83,27 +83,22 @@ fn main_channels(args: &VolsplatArgs, options: &LoadOptions) -> Result<Vec<Chann
         let source = LookSource::Data;
         return Ok(vec![ChannelVolume { volume, source }]);
     }
-    let chosen = args.scene.channel.chunks_exact(2).enumerate();
-    let component = |(place, pair): (usize, &[String])| {
-        let number = pair[0].parse().ok().with_context(|| {
+    let chosen = args.scene.channel.chunks_exact(2);
+    let number = |pair: &[String]| {
+        pair[0].parse().ok().with_context(|| {
             format!(
                 "--channel {}: expected the number of a component, counted from 0, and then its look",
                 pair[0]
             )
-        })?;
-        let volume = volsplat::load(
-            &args.input.path,
-            &LoadOptions {
-                component: Some(number),
-                ..options.clone()
-            },
-        )?;
-        Ok(ChannelVolume {
-            volume: volume.into(),
-            source: LookSource::Channel(place),
         })
     };
-    chosen.map(component).collect()
+    let components = chosen.map(number).collect::<Result<Vec<usize>>>()?;
+    let volumes = volsplat::load_components(&args.input.path, options, &components)?;
+    let channel = |(place, volume): (usize, Volume)| ChannelVolume {
+        volume: volume.into(),
+        source: LookSource::Channel(place),
+    };
+    Ok(volumes.into_iter().enumerate().map(channel).collect())
 }
 
 impl Volumes {

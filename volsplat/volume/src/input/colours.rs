@@ -1,7 +1,6 @@
 //! Voxels that are colours: three or four bytes each, red first.
 //!
-//! Takes a path and the options of reading; the header alone tells whether there are colours. A reader reads one component, so
-//! colours are read once for each, and drawn as tints over one more channel, which gives the opacity.
+//! Takes a path and the options of reading; the header alone tells whether there are colours. They are read in one pass, and drawn as tints over one more channel, which gives the opacity.
 
 use std::path::Path;
 
@@ -9,7 +8,7 @@ use rayon::prelude::*;
 
 use super::format;
 use super::format::{Detected, Format};
-use super::load::load;
+use super::load::load_components;
 use super::options::LoadOptions;
 use crate::Error;
 use crate::input::formats::{meta_image, nifti, nrrd, picture_slices, tiff_stack, vti, vtk};
@@ -72,21 +71,18 @@ pub fn load_colours(path: &Path, options: &LoadOptions) -> Result<Option<ColourV
     let Some(count) = colours_of(path, options)? else {
         return Ok(None);
     };
-    let component = |number: usize| {
-        let options = LoadOptions {
-            component: Some(number),
-            ..options.clone()
-        };
-        load(path, &options)
+    let numbers: Vec<usize> = (0..count).collect();
+    let mut read = load_components(path, options, &numbers)?.into_iter();
+    let (Some(red), Some(green), Some(blue)) = (read.next(), read.next(), read.next()) else {
+        return Ok(None);
     };
-    let red = component(0)?;
     let all = (red.bytes() as u64).saturating_mul(count as u64 + 1);
     options
         .gate
         .ask(all, "red, green, blue and the opacity")
         .map_err(|what| invalid(path, what))?;
-    let components = [red, component(1)?, component(2)?];
-    let alpha = (count > 3).then(|| component(3)).transpose()?;
+    let components = [red, green, blue];
+    let alpha = read.next();
     let opacity = match alpha.filter(|alpha| alpha.value_range().0 < alpha.value_range().1) {
         Some(alpha) => alpha,
         None => greatest(&components),

@@ -17,7 +17,8 @@ pub(crate) use resample_io::refused::excerpt;
 /// The result of a format's reader: the parts of a volume, not yet checked against each other.
 pub(crate) struct Parts {
     pub(crate) lattice: Lattice,
-    pub(crate) voxels: Voxels,
+    /// Of each component that is read.
+    pub(crate) voxels: Vec<Voxels>,
 }
 
 pub(crate) fn open(path: &Path) -> Result<File, Error> {

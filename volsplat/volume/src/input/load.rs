@@ -28,6 +28,36 @@ use crate::volume::{Lattice, NanPolicy, Volume, VoxelType, Voxels};
 /// header or the options, [`Error::Unsupported`] if it is no scalar volume, [`Error::Option`] if options are missing
 /// or superfluous.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
+    let components: Vec<usize> = options.component.into_iter().collect();
+    let volume = load_all(path, options, &components)?.pop();
+    volume.ok_or_else(|| invalid(path, "it holds no volume"))
+}
+
+/// Reads several components of each voxel, or channels of an image, in the order in which they are listed; the file is decoded once.
+///
+/// # Errors
+/// As [`load`] has them for each component; [`LoadOptions::component`] is ignored.
+pub fn load_components(
+    path: &Path,
+    options: &LoadOptions,
+    components: &[usize],
+) -> Result<Vec<Volume>, Error> {
+    let Some(&first) = components.first() else {
+        return Ok(Vec::new());
+    };
+    let options = LoadOptions {
+        component: Some(first),
+        ..options.clone()
+    };
+    load_all(path, &options, components)
+}
+
+/// Reads the listed components; with an empty list, the only one.
+fn load_all(
+    path: &Path,
+    options: &LoadOptions,
+    components: &[usize],
+) -> Result<Vec<Volume>, Error> {
     // The image of a NIfTI pair has no mark of its own.
     let header = if options.raw.is_none() {
         nifti::header_beside(path)
@@ -37,7 +67,9 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<Volume, Error> {
     let path = header.as_deref().unwrap_or(path);
     ask_for_plain(path, &options.gate)?;
     let parts = match (format::detect(path)?, &options.raw) {
-        (Detected::Known(format, files), None) => read(format, path, &files, options)?,
+        (Detected::Known(format, files), None) => {
+            read(format, path, &files, (options, components))?
+        }
         (Detected::NotRead(_) | Detected::Nothing, Some(raw)) => raw::load(path, raw)?,
         (detected, _) => return Err(undecided(path, &detected)),
     };
@@ -67,29 +99,34 @@ pub fn of_memory(
             name.display()
         )));
     }
-    finished(name, Parts { lattice, voxels }, options)
+    let parts = Parts {
+        lattice,
+        voxels: vec![voxels],
+    };
+    let volume = finished(name, parts, options)?.pop();
+    volume.ok_or_else(|| invalid(name, "it holds no volume"))
 }
 
-/// Makes what was read or given the volume that was asked for.
-fn finished(path: &Path, mut parts: Parts, options: &LoadOptions) -> Result<Volume, Error> {
-    if let Some([slope, intercept]) = options.rescale {
-        parts.voxels = rescaled(parts.voxels, slope, intercept)?;
-    }
-    if let NanPolicy::Replace(value) = options.nan {
-        parts
-            .voxels
-            .replace_non_finite(value)
-            .map_err(Error::Option)?;
-    }
+/// The volumes of the parts, with the values and the lattice that the options require.
+fn finished(path: &Path, parts: Parts, options: &LoadOptions) -> Result<Vec<Volume>, Error> {
     let lattice = replaced_lattice(parts.lattice, options)?;
-    let volume = Volume::new(lattice.dims, parts.voxels, lattice.world_from_index)
-        .map_err(|error| at(path, error))?;
-    Ok(Volume {
-        up_hint: lattice.up_hint,
-        space: lattice.space,
-        modality: lattice.modality,
-        ..volume
-    })
+    let volume = |mut voxels: Voxels| {
+        if let Some([slope, intercept]) = options.rescale {
+            voxels = rescaled(voxels, slope, intercept)?;
+        }
+        if let NanPolicy::Replace(value) = options.nan {
+            voxels.replace_non_finite(value).map_err(Error::Option)?;
+        }
+        let volume = Volume::new(lattice.dims, voxels, lattice.world_from_index)
+            .map_err(|error| at(path, error))?;
+        Ok(Volume {
+            up_hint: lattice.up_hint,
+            space: lattice.space.clone(),
+            modality: lattice.modality,
+            ..volume
+        })
+    };
+    parts.voxels.into_iter().map(volume).collect()
 }
 
 /// Decoded voxels are almost never smaller than their file.
@@ -115,46 +152,46 @@ fn read(
     format: Format,
     path: &Path,
     files: &[PathBuf],
-    options: &LoadOptions,
+    (options, components): (&LoadOptions, &[usize]),
 ) -> Result<Parts, Error> {
     refuse_superfluous(format, path, options)?;
     let gate = &options.gate;
     match format {
-        Format::Nrrd => nrrd::load(path, options.component, gate),
-        Format::MetaImage => meta_image::load(path, options.component, gate),
+        Format::Nrrd => nrrd::load(path, components, gate),
+        Format::MetaImage => meta_image::load(path, components, gate),
         Format::Nifti => {
             let choice = nifti::Choice {
-                component: options.component,
+                components,
                 time: options.time,
             };
             nifti::load(path, choice, gate)
         }
         Format::Npy => npy::load(path),
         Format::Dicom => dicom::load(files, path, options.series.as_deref(), gate),
-        Format::Tiff => tiff_stack::load(files, options.component, gate),
+        Format::Tiff => tiff_stack::load(files, components, gate),
         Format::Vti => {
             let choice = vti::Choice {
                 array: options.array.as_deref(),
-                component: options.component,
+                components,
             };
             vti::load(path, choice, gate)
         }
         Format::Vtk => {
             let choice = vtk::Choice {
                 array: options.array.as_deref(),
-                component: options.component,
+                components,
             };
             vtk::load(path, choice, gate)
         }
         Format::Mgh => mgh::load(path, options.time, gate),
         Format::Pictures => {
             let choice = picture_slices::Choice {
-                component: options.component,
+                components,
                 spacing: options.spacing,
             };
             picture_slices::load(files, path, choice, gate)
         }
-        Format::Zarr => zarr::load(path, zarr_choice(options), gate),
+        Format::Zarr => zarr::load(path, zarr_choice(options), components, gate),
     }
 }
 

@@ -20,7 +20,7 @@ pub(crate) use file::{Parts, cannot_read, invalid, open, open_sized, unsupported
 pub use format::{Format, format_of};
 pub use formats::raw::RawOptions;
 pub use formats::tiff_stack::pages_of;
-pub use load::{Unread, load, of_memory, open_unread, peek};
+pub use load::{Unread, load, load_components, of_memory, open_unread, peek};
 pub use options::LoadOptions;
 
 #[cfg(test)]

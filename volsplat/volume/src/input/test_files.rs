@@ -1,13 +1,13 @@
 //! Shared by the tests of all readers: a folder for small files, packers, and damaged copies of good files.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
 use crate::Error;
 use crate::input::decode::DEFLATE_EXPANSION;
-use crate::input::{LoadOptions, load};
+use crate::input::{LoadOptions, load, load_components};
 use crate::volume::Volume;
 
 /// A folder in which a test writes its files.
@@ -38,6 +38,26 @@ impl Folder {
         self.load(parts)
             .expect_err("this file must be refused")
             .to_string()
+    }
+}
+
+/// Checks that several components read at once are those that are read one by one, in the order in which they were listed.
+pub(crate) fn check_components(path: &Path, options: &LoadOptions, count: usize) {
+    let numbers: Vec<usize> = (0..count).rev().chain([0]).collect();
+    let several = load_components(path, options, &numbers).expect("good components");
+    assert_eq!(several.len(), numbers.len());
+    for (number, volume) in numbers.into_iter().zip(several) {
+        let options = LoadOptions {
+            component: Some(number),
+            ..options.clone()
+        };
+        let one = load(path, &options).expect("a good component");
+        assert_eq!(
+            (volume.voxels, volume.world_from_index),
+            (one.voxels, one.world_from_index),
+            "component {number} of {}",
+            path.display()
+        );
     }
 }
 

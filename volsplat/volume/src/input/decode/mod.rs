@@ -15,7 +15,6 @@ use std::mem::size_of;
 use glam::{DAffine3, DMat3, DVec3};
 use resample_io::Gate;
 
-use crate::input::decode::component::{Interleaved, OneComponent};
 use crate::volume::{Endian, VoxelType, Voxels};
 
 /// How the scalars lie in the stream.
@@ -94,25 +93,20 @@ pub(crate) fn text(stream: &mut dyn BufRead, layout: &Layout) -> Result<Voxels, 
     })
 }
 
-/// Reads `layout.count` scalars out of a stream of interleaved components.
-pub(crate) fn component(
-    stream: impl Read,
-    layout: &Layout,
-    interleaved: Interleaved,
-) -> Result<Voxels, String> {
-    binary(&mut OneComponent::new(stream, interleaved), layout)
-}
-
-/// The scalars of all parts, one behind the other; `None` without a part. All parts hold the same type.
+/// The scalars of all parts, one behind the other, component by component; nothing without a part. All parts hold the same
+/// type, and as many components.
 pub(crate) fn joined<E>(
-    parts: impl Iterator<Item = Result<Voxels, E>>,
-) -> Result<Option<Voxels>, E> {
-    let mut all: Option<Voxels> = None;
+    parts: impl Iterator<Item = Result<Vec<Voxels>, E>>,
+) -> Result<Vec<Voxels>, E> {
+    let mut all: Vec<Voxels> = Vec::new();
     for part in parts {
         let part = part?;
-        match &mut all {
-            None => all = Some(part),
-            Some(all) => append(all, part),
+        if all.is_empty() {
+            all = part;
+        } else {
+            all.iter_mut()
+                .zip(part)
+                .for_each(|(all, part)| append(all, part));
         }
     }
     Ok(all)

@@ -20,15 +20,16 @@ use resample_io::Gate;
 use crate::Error;
 use crate::input::data_files::DataFiles;
 use crate::input::decode::Layout;
-use crate::input::decode::component::{Interleaved, chosen};
+use crate::input::decode::component;
+use crate::input::decode::component::Interleaved;
 use crate::input::decode::stored::Located;
 use crate::input::file::{Fault, Lines, excerpt, unsupported};
 use crate::input::{Parts, decode, invalid, open, open_sized};
 use crate::volume::{Endian, Lattice, VoxelType, Voxels, voxel_count};
 
-pub(crate) fn load(path: &Path, component: Option<usize>, gate: &Gate) -> Result<Parts, Error> {
+pub(crate) fn load(path: &Path, components: &[usize], gate: &Gate) -> Result<Parts, Error> {
     let header = read(&mut BufReader::new(open(path)?)).map_err(|fault| fault.at(path))?;
-    let chosen = chosen(component, header.channels).map_err(|fault| fault.at(path))?;
+    let chosen = component::chosen(components, header.channels).map_err(|fault| fault.at(path))?;
     let voxels = voxels(path, &header, chosen, gate)?;
     Ok(Parts {
         voxels,
@@ -48,7 +49,7 @@ pub(crate) fn locate(path: &Path, gate: &Gate) -> Result<Option<Located>, Error>
     if header.encoding != Encoding::Raw || header.channels != 1 {
         return Ok(None);
     }
-    let data = data_files(path, &header, 0, gate)?;
+    let data = data_files(path, &header, vec![0], gate)?;
     let place = |DataFile { name, data }| {
         let begin = data.begin(&header).map_err(|fault| fault.at(&name))?;
         Ok((name, begin))
@@ -65,7 +66,7 @@ pub(crate) fn locate(path: &Path, gate: &Gate) -> Result<Option<Located>, Error>
 fn data_files(
     path: &Path,
     header: &Header,
-    chosen: usize,
+    chosen: Vec<usize>,
     gate: &Gate,
 ) -> Result<Vec<DataFile>, Error> {
     let count = voxel_count(header.lattice.dims)
@@ -96,20 +97,29 @@ fn data_files(
             total,
             start,
             layout,
-            interleaved,
+            interleaved: interleaved.clone(),
         };
         Ok(DataFile { name, data })
     };
     files.into_iter().map(opened).collect()
 }
 
-fn voxels(path: &Path, header: &Header, chosen: usize, gate: &Gate) -> Result<Voxels, Error> {
+fn voxels(
+    path: &Path,
+    header: &Header,
+    chosen: Vec<usize>,
+    gate: &Gate,
+) -> Result<Vec<Voxels>, Error> {
     let files = data_files(path, header, chosen, gate)?.into_iter();
     let decoded = files.map(|file| {
         let voxels = file.data.decode(header, gate);
         voxels.map_err(|fault| fault.at(&file.name))
     });
-    decode::joined(decoded)?.ok_or_else(|| invalid(path, "ElementDataFile names no file"))
+    let voxels = decode::joined(decoded)?;
+    if voxels.is_empty() {
+        return Err(invalid(path, "ElementDataFile names no file"));
+    }
+    Ok(voxels)
 }
 
 /// A data file and its name.
@@ -130,7 +140,7 @@ struct Data {
 }
 
 impl Data {
-    fn decode(mut self, header: &Header, gate: &Gate) -> Result<Voxels, Fault> {
+    fn decode(mut self, header: &Header, gate: &Gate) -> Result<Vec<Voxels>, Fault> {
         let needed = self.needed()?;
         let skip = self.begin(header)?;
         let held = self.total.saturating_sub(skip);
@@ -150,17 +160,17 @@ impl Data {
             .map_err(|error| decode::broken(&error))?;
         let mut file = BufReader::new(self.file);
         Ok(match header.encoding {
-            Encoding::Raw => decode::component(file, &self.layout, self.interleaved)?,
+            Encoding::Raw => component::read(file, &self.layout, &self.interleaved)?,
             Encoding::Zlib => {
                 let unpacked = flate2::bufread::ZlibDecoder::new(file);
-                decode::component(unpacked, &self.layout, self.interleaved)?
+                component::read(unpacked, &self.layout, &self.interleaved)?
             }
             Encoding::Text if self.interleaved.components > 1 => {
                 return Err(Fault::Unsupported(
                     "several channels as text: save the data as binary".to_owned(),
                 ));
             }
-            Encoding::Text => decode::text(&mut file, &self.layout)?,
+            Encoding::Text => vec![decode::text(&mut file, &self.layout)?],
         })
     }
 

@@ -115,7 +115,7 @@ fn read(
             space: Some("right-anterior-superior".to_owned()),
             modality: None,
         },
-        voxels,
+        voxels: vec![voxels],
     })
 }
 

@@ -36,9 +36,9 @@ pub(crate) fn header_beside(path: &Path) -> Option<PathBuf> {
 
 /// The volume to read out of several.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Choice {
-    /// Component of a vector or a colour, counted from 0.
-    pub(crate) component: Option<usize>,
+pub(crate) struct Choice<'a> {
+    /// Components of a vector or a colour, counted from 0.
+    pub(crate) components: &'a [usize],
     /// Point in time, counted from 0.
     pub(crate) time: Option<usize>,
 }
@@ -82,17 +82,21 @@ pub(crate) fn load(path: &Path, choice: Choice, gate: &Gate) -> Result<Parts, Er
             space: Some("right-anterior-superior".to_owned()),
             modality: None,
         },
-        voxels: header.rescale().apply(voxels),
+        voxels: voxels
+            .into_iter()
+            .map(|voxels| header.rescale().apply(voxels))
+            .collect(),
     })
 }
 
-/// The volume that is read, among those that there are.
+/// The volumes that are read, among those that there are.
 struct Chosen {
     shape: Shape,
-    /// Volumes before it.
-    volumes_before: usize,
-    /// Its colour, where a voxel has several.
-    colour: usize,
+    /// Volumes before the first of them, and volumes from there to the last.
+    before: usize,
+    span: usize,
+    /// Their numbers, counted from the first of them, or their colours, where a voxel has several.
+    numbers: Vec<usize>,
 }
 
 impl Chosen {
@@ -100,18 +104,13 @@ impl Chosen {
         let shape = header.shape()?;
         let colours = header.colours();
         let vector_or_colour = match (shape.vectors, colours) {
-            (1, colours) => component::chosen(choice.component, colours)?,
-            (vectors, 1) => component::chosen(choice.component, vectors)?,
+            (1, colours) => component::chosen(choice.components, colours)?,
+            (vectors, 1) => component::chosen(choice.components, vectors)?,
             (vectors, _) => {
                 return Err(unsupported(format!(
                     "vectors of {vectors} colours: save one of them as a volume first"
                 )));
             }
-        };
-        let (vector, colour) = if colours > 1 {
-            (0, vector_or_colour)
-        } else {
-            (vector_or_colour, 0)
         };
         let time = choice.time.unwrap_or(0);
         if time >= shape.times {
@@ -120,13 +119,27 @@ impl Chosen {
                 shape.times
             )));
         }
-        let before = vector
-            .checked_mul(shape.times)
-            .and_then(|volumes| volumes.checked_add(time));
+        if colours > 1 {
+            return Ok(Self {
+                shape,
+                before: time,
+                span: 1,
+                numbers: vector_or_colour,
+            });
+        }
+        let volume = |&vector: &usize| {
+            let before = vector.checked_mul(shape.times);
+            before.and_then(|volumes| volumes.checked_add(time))
+        };
+        let volumes: Option<Vec<usize>> = vector_or_colour.iter().map(volume).collect();
+        let volumes = volumes.ok_or_else(|| TOO_MANY.to_owned())?;
+        let before = volumes.iter().copied().min().unwrap_or(0);
+        let last = volumes.iter().copied().max().unwrap_or(0);
         Ok(Self {
             shape,
-            volumes_before: before.ok_or_else(|| TOO_MANY.to_owned())?,
-            colour,
+            before,
+            span: last - before + 1,
+            numbers: volumes.iter().map(|volume| volume - before).collect(),
         })
     }
 
@@ -146,7 +159,7 @@ fn voxels(
     header: &Header,
     chosen: &Chosen,
     gate: &Gate,
-) -> Result<Voxels, Fault> {
+) -> Result<Vec<Voxels>, Fault> {
     let Shape {
         dims,
         times,
@@ -164,15 +177,15 @@ fn voxels(
         bytes.checked_mul(volumes as u64)
     };
     let volumes = times.checked_mul(vectors).and_then(of_volumes);
-    let (Some(one), Some(before), Some(all)) =
-        (of_volumes(1), of_volumes(chosen.volumes_before), volumes)
+    let (Some(span), Some(before), Some(all)) =
+        (of_volumes(chosen.span), of_volumes(chosen.before), volumes)
     else {
         return Err(Fault::Invalid(TOO_MANY.to_owned()));
     };
     if stream.is_packed {
         decode::check_expansion(all, stream.held)?;
         // What lies before it is unpacked too.
-        decode::check_deflated(before.saturating_add(one), stream.held, gate)?;
+        decode::check_deflated(before.saturating_add(span), stream.held, gate)?;
     } else if all != stream.held {
         let ([x, y, z], name, held) = (dims, layout.voxel_type.name(), stream.held);
         let several = match (times * vectors, colours) {
@@ -186,25 +199,22 @@ fn voxels(
         )));
     }
     stream.pass(before)?;
-    let mut bytes = stream.bytes;
-    if one == all {
-        // Packed data must end where the header says.
-        return component_of(&mut bytes, &layout, (colours, chosen.colour));
-    }
-    component_of(&mut bytes.take(one), &layout, (colours, chosen.colour))
-}
-
-fn component_of(
-    bytes: &mut dyn Read,
-    layout: &Layout,
-    (components, chosen): (usize, usize),
-) -> Result<Voxels, Fault> {
+    let volume_bytes = usize::try_from(kept).map_err(|_| TOO_MANY.to_owned())?;
     let interleaved = Interleaved {
-        scalar_bytes: layout.voxel_type.bytes(),
-        components,
-        chosen,
+        scalar_bytes: match colours {
+            1 => volume_bytes,
+            _ => layout.voxel_type.bytes(),
+        },
+        components: colours.max(chosen.span),
+        chosen: chosen.numbers.clone(),
     };
-    Ok(component(bytes, layout, interleaved)?)
+    // Packed data must end where the header says.
+    let limit = if span == all { u64::MAX } else { span };
+    Ok(component::read(
+        stream.bytes.take(limit),
+        &layout,
+        &interleaved,
+    )?)
 }
 
 /// The image file of a pair, packed or not.

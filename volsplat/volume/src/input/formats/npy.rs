@@ -38,7 +38,7 @@ fn read(file: &mut dyn Read, total: u64) -> Result<Parts, Fault> {
     };
     Ok(Parts {
         lattice: Lattice::unnamed(dims, decode::upright([1.0; 3], [0.0; 3])),
-        voxels,
+        voxels: vec![voxels],
     })
 }
 

@@ -34,9 +34,9 @@ pub(crate) fn begins(head: &[u8]) -> bool {
 
 /// The options of the caller.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Choice {
-    /// The component to read: red, green or blue; without it, the brightness.
-    pub(crate) component: Option<usize>,
+pub(crate) struct Choice<'a> {
+    /// The components to read: red, green or blue; without any, the brightness.
+    pub(crate) components: &'a [usize],
     /// Distance between voxels.
     pub(crate) spacing: Option<[f64; 3]>,
 }
@@ -73,21 +73,21 @@ pub(crate) fn load(
         gate.note(file);
     }
     ask([width, height], files.len(), gate).map_err(|what| invalid(path, what))?;
-    let slices = files.par_iter().map(|file| slice(file, choice.component));
+    let slices = files.par_iter().map(|file| slice(file, choice.components));
     let mut slices = slices.collect::<Result<Vec<Slice>, Error>>()?;
     let is_colour = slices.iter().any(|slice| slice.is_colour);
     if is_colour {
         widen(&mut slices);
     }
-    match choice.component {
-        None if is_colour => gate.remark(format!(
+    match choice.components {
+        [] if is_colour => gate.remark(format!(
             "{}: slices in colour are read by their brightness",
             path.display()
         )),
-        None => {}
-        Some(_) => {
+        [] => {}
+        chosen => {
             let components = if is_colour { COLOURS } else { 1 };
-            component::chosen(choice.component, components).map_err(|fault| fault.at(path))?;
+            component::chosen(chosen, components).map_err(|fault| fault.at(path))?;
         }
     }
     if choice.spacing.is_none() {
@@ -113,7 +113,7 @@ pub(crate) fn load(
 
 /// One slice.
 struct Slice {
-    voxels: Voxels,
+    voxels: Vec<Voxels>,
     is_colour: bool,
 }
 
@@ -141,20 +141,23 @@ fn named(path: &Path, error: resample_core::Error) -> Error {
     invalid(path, text.strip_prefix(&name).unwrap_or(&text))
 }
 
-fn slice(path: &Path, component: Option<usize>) -> Result<Slice, Error> {
+fn slice(path: &Path, components: &[usize]) -> Result<Slice, Error> {
     if let Ok(plane) = depth::read(&part(path)) {
         return Ok(Slice {
-            voxels: grey(plane),
+            voxels: vec![grey(plane); components.len().max(1)],
             is_colour: false,
         });
     }
     // Either colours or broken: the second reader says what is wrong.
     let picture = colour::read(&part(path)).map_err(|error| named(path, error))?;
     Ok(Slice {
-        voxels: match component {
+        voxels: match components {
+            [] => vec![brightness(&picture)],
             // A number beyond is refused when all slices are known.
-            Some(number) => of_component(&picture, number.min(COLOURS - 1)),
-            None => brightness(&picture),
+            numbers => numbers
+                .iter()
+                .map(|&number| of_component(&picture, number.min(COLOURS - 1)))
+                .collect(),
         },
         is_colour: true,
     })
@@ -197,28 +200,26 @@ fn code(light: f32) -> u8 {
 
 /// Brings slices of 16 bits to 8 where others have colours, which have 8.
 fn widen(slices: &mut [Slice]) {
-    for slice in slices {
-        if let Voxels::U16(values) = &slice.voxels {
-            slice.voxels = Voxels::U8(values.iter().map(|&value| (value / 257) as u8).collect());
+    for voxels in slices.iter_mut().flat_map(|slice| &mut slice.voxels) {
+        if let Voxels::U16(values) = voxels {
+            *voxels = Voxels::U8(values.iter().map(|&value| (value / 257) as u8).collect());
         }
     }
 }
 
-fn joined(slices: Vec<Slice>, files: &[PathBuf]) -> Result<Voxels, Error> {
-    let mut slices = slices.into_iter().map(|slice| slice.voxels).zip(files);
-    let Some((mut all, _)) = slices.next() else {
-        return Ok(Voxels::U8(Vec::new()));
-    };
-    for (slice, file) in slices {
-        if !decode::same_type(&all, &slice) {
-            return Err(invalid(
-                file,
-                "a slice of another number type than the slices before it: save all with 8 or all with 16 bits",
-            ));
-        }
-        decode::append(&mut all, slice);
+fn joined(slices: Vec<Slice>, files: &[PathBuf]) -> Result<Vec<Voxels>, Error> {
+    if let Some(first) = slices.first().map(|slice| slice.voxels[0].clone())
+        && let Some((_, file)) = slices
+            .iter()
+            .zip(files)
+            .find(|(slice, _)| !decode::same_type(&first, &slice.voxels[0]))
+    {
+        return Err(invalid(
+            file,
+            "a slice of another number type than the slices before it: save all with 8 or all with 16 bits",
+        ));
     }
-    Ok(all)
+    decode::joined(slices.into_iter().map(|slice| Ok(slice.voxels)))
 }
 
 #[cfg(test)]

@@ -87,7 +87,10 @@ pub(crate) fn load(path: &Path, options: &RawOptions) -> Result<Parts, Error> {
         .map_err(|source| cannot_read(path, source))?;
     let voxels =
         decode::binary(&mut file, &layout(options)?).map_err(|what| invalid(path, what))?;
-    Ok(Parts { lattice, voxels })
+    Ok(Parts {
+        lattice,
+        voxels: vec![voxels],
+    })
 }
 
 fn layout(options: &RawOptions) -> Result<Layout, Error> {

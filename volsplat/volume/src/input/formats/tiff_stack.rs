@@ -45,12 +45,8 @@ pub(crate) fn colours(paths: &[PathBuf]) -> Result<Option<usize>, Error> {
     Ok((components > 1).then_some(components))
 }
 
-/// Reads the slices of one file or of several; of colours, one component.
-pub(crate) fn load(
-    paths: &[PathBuf],
-    component: Option<usize>,
-    gate: &Gate,
-) -> Result<Parts, Error> {
+/// Reads the slices of one file or of several; of colours, the chosen components.
+pub(crate) fn load(paths: &[PathBuf], components: &[usize], gate: &Gate) -> Result<Parts, Error> {
     let mut stack: Option<Stack> = None;
     let mut bytes = 0u64;
     for path in paths {
@@ -60,9 +56,9 @@ pub(crate) fn load(
             .ask_unpacked(pages.bytes(), pages.held, "the pages")
             .and_then(|()| gate.ask(bytes, "the slices"));
         asked.map_err(|what| invalid(path, what))?;
-        let component = chosen(component, pages.kind.components).map_err(|fault| fault.at(path))?;
+        let chosen = chosen(components, pages.kind.components).map_err(|fault| fault.at(path))?;
         match &mut stack {
-            None => stack = Some(Stack::begin(&pages, path, component)?),
+            None => stack = Some(Stack::begin(&pages, path, chosen)?),
             Some(stack) => stack.add(&pages, path)?,
         }
     }
@@ -83,21 +79,21 @@ pub(crate) fn load(
 /// The slices read so far.
 struct Stack {
     kind: Kind,
-    /// The one that is read.
-    component: usize,
+    /// The components that are read.
+    chosen: Vec<usize>,
     depth: usize,
-    voxels: Voxels,
+    voxels: Vec<Voxels>,
     spacing: [f64; 3],
 }
 
 impl Stack {
-    fn begin(pages: &Pages, path: &Path, component: usize) -> Result<Self, Error> {
+    fn begin(pages: &Pages, path: &Path, chosen: Vec<usize>) -> Result<Self, Error> {
         let spacing = pages.spacing().map_err(|fault| fault.at(path))?;
         Ok(Self {
             kind: pages.kind,
-            component,
             depth: pages.count,
-            voxels: pages.decode(path, component)?,
+            voxels: pages.decode(path, &chosen)?,
+            chosen,
             spacing,
         })
     }
@@ -110,14 +106,16 @@ impl Stack {
             );
             return Err(invalid(path, what));
         }
-        let slices = pages.decode(path, self.component)?;
-        if !decode::same_type(&self.voxels, &slices) {
-            return Err(invalid(
-                path,
-                "a slice of another number type than the slices before it",
-            ));
+        let slices = pages.decode(path, &self.chosen)?;
+        for (voxels, slices) in self.voxels.iter_mut().zip(slices) {
+            if !decode::same_type(voxels, &slices) {
+                return Err(invalid(
+                    path,
+                    "a slice of another number type than the slices before it",
+                ));
+            }
+            decode::append(voxels, slices);
         }
-        decode::append(&mut self.voxels, slices);
         self.depth += pages.count;
         Ok(())
     }
@@ -196,44 +194,53 @@ impl Pages {
         spacing(text, self.resolution, self.count)
     }
 
-    /// One component of all pages, one after the other.
-    pub(crate) fn decode(&self, path: &Path, component: usize) -> Result<Voxels, Error> {
-        self.decode_pages(open(path)?, component)
+    /// Some components of all pages, one page after the other.
+    fn decode(&self, path: &Path, chosen: &[usize]) -> Result<Vec<Voxels>, Error> {
+        self.decode_pages(open(path)?, chosen)
             .map_err(|fault| fault.at(path))
     }
 
-    fn decode_pages(&self, file: File, component: usize) -> Result<Voxels, Fault> {
+    fn decode_pages(&self, file: File, chosen: &[usize]) -> Result<Vec<Voxels>, Fault> {
         let mut decoder = opened(file, self.limits.clone())?;
-        let mut voxels: Option<Voxels> = None;
+        let mut voxels: Vec<Voxels> = Vec::new();
         for page in 0..self.count {
             let fault = |error| fault_of_page(page, &error);
             if page > 0 {
                 decoder.next_image().map_err(fault)?;
             }
-            let mut part = numbers(decoder.read_image().map_err(fault)?);
+            let part = numbers(decoder.read_image().map_err(fault)?);
             let components = self.kind.components;
             let needed = self.kind.width * self.kind.height * components;
             let held = part.len();
-            if components > 1 {
-                let places: Vec<usize> = (component..held).step_by(components).collect();
-                part = part.pieces(&places, 1);
-            }
             if held != needed {
                 return Err(Fault::Invalid(format!(
                     "page {page} has {held} values instead of {needed}"
                 )));
             }
-            match &mut voxels {
-                None => voxels = Some(part),
-                Some(voxels) if decode::same_type(voxels, &part) => decode::append(voxels, part),
-                Some(_) => {
-                    return Err(Fault::Invalid(format!(
-                        "page {page} has another number type than page 0"
-                    )));
-                }
+            if voxels
+                .first()
+                .is_some_and(|voxels| !decode::same_type(voxels, &part))
+            {
+                return Err(Fault::Invalid(format!(
+                    "page {page} has another number type than page 0"
+                )));
             }
+            let parts = match components {
+                1 => vec![part],
+                _ => chosen
+                    .iter()
+                    .map(|&component| {
+                        let places: Vec<usize> = (component..held).step_by(components).collect();
+                        part.pieces(&places, 1)
+                    })
+                    .collect(),
+            };
+            voxels = decode::joined([Ok::<_, Fault>(voxels), Ok(parts)].into_iter())?;
         }
-        voxels.ok_or_else(|| Fault::Invalid("the file has no page".to_owned()))
+        if voxels.is_empty() {
+            return Err(Fault::Invalid("the file has no page".to_owned()));
+        }
+        Ok(voxels)
     }
 }
 

@@ -28,8 +28,8 @@ pub(crate) const MAGIC: &[u8] = b"# vtk DataFile";
 pub(crate) struct Choice<'a> {
     /// Name of the array.
     pub(crate) array: Option<&'a str>,
-    /// Component of each value, counted from 0.
-    pub(crate) component: Option<usize>,
+    /// Components of each value, counted from 0.
+    pub(crate) components: &'a [usize],
 }
 
 /// How many colours a value of the array has; `None` where it is no colour.
@@ -77,7 +77,7 @@ fn read(
     gate: &Gate,
 ) -> Result<(Parts, Vec<String>), Fault> {
     let array = arrays.find(choice.array)?;
-    let chosen = component::chosen(choice.component, array.components)?;
+    let chosen = component::chosen(choice.components, array.components)?;
     let (dims, first) = head.grid(array.centring);
     let layout = Layout {
         voxel_type: array.voxel_type,
@@ -342,8 +342,8 @@ impl<'a> Arrays<'a> {
         &mut self,
         array: &Array,
         layout: &Layout,
-        chosen: usize,
-    ) -> Result<Voxels, Fault> {
+        chosen: Vec<usize>,
+    ) -> Result<Vec<Voxels>, Fault> {
         let interleaved = Interleaved {
             scalar_bytes: layout.voxel_type.bytes(),
             components: array.components,
@@ -351,27 +351,31 @@ impl<'a> Arrays<'a> {
         };
         if self.is_binary {
             let bytes = self.bytes_of(array)?;
-            return Ok(component(
-                (&mut *self.bytes).take(bytes),
-                layout,
-                interleaved,
-            )?);
+            let stream = (&mut *self.bytes).take(bytes);
+            return Ok(component::read(stream, layout, &interleaved)?);
         }
         self.bytes_of(array)?;
-        let (mut text, mut word) = (Vec::new(), Vec::new());
+        let mut texts = vec![Vec::new(); interleaved.chosen.len()];
+        let mut word = Vec::new();
         for number in 0..array.tuples * array.components {
             if !decode::next_word(&mut *self.bytes, &mut word)? {
                 break;
             }
-            if number % array.components == chosen {
-                if array.has_shares {
-                    word = byte_of_share(&word);
+            let component = number % array.components;
+            if array.has_shares && interleaved.chosen.contains(&component) {
+                word = byte_of_share(&word);
+            }
+            for (text, &chosen) in texts.iter_mut().zip(&interleaved.chosen) {
+                if chosen == component {
+                    text.extend_from_slice(&word);
+                    text.push(b' ');
                 }
-                text.extend_from_slice(&word);
-                text.push(b' ');
             }
         }
-        Ok(decode::text(&mut text.as_slice(), layout)?)
+        let decoded = texts
+            .iter()
+            .map(|text| Ok(decode::text(&mut text.as_slice(), layout)?));
+        decoded.collect()
     }
 
     /// The bytes that an array takes at least; an error where the file is too short for them.

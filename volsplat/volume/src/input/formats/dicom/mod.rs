@@ -91,7 +91,7 @@ pub(crate) fn load(
             space: Some("left-posterior-superior".to_owned()),
             modality: pictures[0].modality,
         },
-        voxels,
+        voxels: vec![voxels],
     })
 }
 
@@ -181,13 +181,14 @@ fn voxels(
             .and_then(Option::take);
         let frame = frame.ok_or_else(|| invalid(&paths[slice.file], "a frame is absent"))?;
         // Slices of different scales have no common stored type.
-        Ok(if is_common {
+        Ok(vec![if is_common {
             frame
         } else {
             scaled_single(frame, slice.place.rescale)
-        })
+        }])
     };
     let voxels = decode::joined(slices.iter().map(frame_of))?
+        .pop()
         .ok_or_else(|| invalid(&paths[0], "no slice"))?;
     Ok(if is_common {
         common.apply(voxels)

@@ -1,7 +1,7 @@
 //! MetaImage: small files of every type, byte order and packing, written here and read back.
 
 use crate::Error;
-use crate::input::test_files::{Folder, survive_damage, zlib};
+use crate::input::test_files::{Folder, check_components, survive_damage, zlib};
 use crate::input::{Format, LoadOptions, format_of, load};
 use crate::volume::{Volume, Voxels};
 
@@ -142,6 +142,7 @@ fn a_channel_is_chosen_or_asked_for() {
         "{text}"
     );
     let path = folder.write("rgb.mha", &parts);
+    check_components(&path, &LoadOptions::default(), 3);
     let green = load(
         &path,
         &LoadOptions {

@@ -1,7 +1,7 @@
 //! NIfTI: small files of both versions, byte orders and forms, of one volume and of several, written here and read back.
 
 use crate::Error;
-use crate::input::test_files::{Folder, gzip, survive_damage};
+use crate::input::test_files::{Folder, check_components, gzip, survive_damage};
 use crate::input::{Format, LoadOptions, format_of, load};
 use crate::volume::{Volume, Voxels};
 
@@ -488,6 +488,7 @@ fn colours_and_vectors_have_components() {
             let expected: Vec<u8> = (0..4).map(|voxel| voxel * colours + chosen).collect();
             assert_eq!(volume.voxels, Voxels::U8(expected), "colour {chosen}");
         }
+        check_components(&path, &LoadOptions::default(), usize::from(colours));
         let text = load(&path, &LoadOptions::default())
             .expect_err("several")
             .to_string();
@@ -501,6 +502,7 @@ fn colours_and_vectors_have_components() {
         "vectors",
         &[&vectors.bytes(), &(0..12).collect::<Vec<u8>>()],
     );
+    check_components(&path, &LoadOptions::default(), 3);
     let volume = load(&path, &component(2)).expect("a good file");
     assert_eq!(
         volume.voxels,

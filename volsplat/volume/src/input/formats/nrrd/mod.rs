@@ -30,16 +30,16 @@ use crate::volume::{VoxelType, Voxels};
 /// The first bytes of every NRRD file; one digit of version follows.
 pub(crate) const MAGIC: &[u8] = b"NRRD000";
 
-pub(crate) fn load(path: &Path, component: Option<usize>, gate: &Gate) -> Result<Parts, Error> {
+pub(crate) fn load(path: &Path, components: &[usize], gate: &Gate) -> Result<Parts, Error> {
     let mut reader = BufReader::new(open(path)?);
     let header = header::read(&mut reader).map_err(|fault| fault.at(path))?;
     let geometry = header::derive(&header).map_err(|fault| fault.at(path))?;
-    let components = geometry.components.map_or(1, |axis| header.sizes[axis]);
-    let chosen = component::chosen(component, components).map_err(|fault| fault.at(path))?;
+    let held = geometry.components.map_or(1, |axis| header.sizes[axis]);
+    let chosen = component::chosen(components, held).map_err(|fault| fault.at(path))?;
     let voxels = read(
         path,
         &header,
-        geometry.components.map(|axis| OneOf { axis, chosen }),
+        geometry.components.map(|axis| SomeOf { axis, chosen }),
         gate,
     )?;
     Ok(Parts {
@@ -74,21 +74,20 @@ pub(crate) fn locate(path: &Path, gate: &Gate) -> Result<Option<Located>, Error>
     }))
 }
 
-/// One of the components that lie along an axis.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct OneOf {
-    pub(crate) axis: usize,
-    pub(crate) chosen: usize,
+/// Some of the components that lie along an axis.
+pub(crate) struct SomeOf {
+    axis: usize,
+    chosen: Vec<usize>,
 }
 
 pub(crate) fn read(
     path: &Path,
     header: &Header,
-    one_of: Option<OneOf>,
+    some_of: Option<SomeOf>,
     gate: &Gate,
-) -> Result<Voxels, Error> {
+) -> Result<Vec<Voxels>, Error> {
     let (files, start, layout) = files(path, header, gate)?;
-    let interleaved = interleaved(path, header, one_of, files.len())?;
+    let interleaved = interleaved(path, header, some_of, files.len())?;
     let stored = Stored {
         layout,
         interleaved,
@@ -98,8 +97,11 @@ pub(crate) fn read(
         let voxels = packed.decode(header.encoding, &stored, gate);
         voxels.map_err(|fault| fault.at(file))
     };
-    decode::joined(files.iter().map(decoded))?
-        .ok_or_else(|| invalid(path, "field 'data file' names no file"))
+    let voxels = decode::joined(files.iter().map(decoded))?;
+    if voxels.is_empty() {
+        return Err(invalid(path, "field 'data file' names no file"));
+    }
+    Ok(voxels)
 }
 
 /// The files of plain data, each with its first byte; `None` where the data is packed.
@@ -127,19 +129,19 @@ fn locate_files(
         .map(Some)
 }
 
-/// The values of one data file: all of them, and the component that is read.
+/// The values of one data file: all of them, and the components that are read.
 struct Stored {
     layout: Layout,
     interleaved: Interleaved,
 }
 
 impl Stored {
-    fn decode(&self, stream: impl Read) -> Result<Voxels, String> {
+    fn decode(&self, stream: impl Read) -> Result<Vec<Voxels>, String> {
         let layout = Layout {
             count: self.layout.count / self.interleaved.components,
             ..self.layout
         };
-        component(stream, &layout, self.interleaved)
+        component::read(stream, &layout, &self.interleaved)
     }
 }
 
@@ -163,19 +165,19 @@ fn files(path: &Path, header: &Header, gate: &Gate) -> Result<(Vec<PathBuf>, u64
     Ok((files, start, layout))
 }
 
-/// How the component that is read lies between the others: the axes before its own make up one "scalar".
+/// How the components that are read lie between the others: the axes before its own make up one "scalar".
 fn interleaved(
     path: &Path,
     header: &Header,
-    one_of: Option<OneOf>,
+    some_of: Option<SomeOf>,
     files: usize,
 ) -> Result<Interleaved, Error> {
     let bytes = header.voxel_type.bytes();
-    let Some(OneOf { axis, chosen }) = one_of else {
+    let Some(SomeOf { axis, chosen }) = some_of else {
         return Ok(Interleaved {
             scalar_bytes: bytes,
             components: 1,
-            chosen: 0,
+            chosen: vec![0],
         });
     };
     if files > 1 || header.encoding == Encoding::Text {
@@ -242,7 +244,12 @@ impl Packed {
         })
     }
 
-    fn decode(self, encoding: Encoding, stored: &Stored, gate: &Gate) -> Result<Voxels, Fault> {
+    fn decode(
+        self,
+        encoding: Encoding,
+        stored: &Stored,
+        gate: &Gate,
+    ) -> Result<Vec<Voxels>, Fault> {
         let layout = &stored.layout;
         let needed = layout.bytes()?;
         if encoding == Encoding::Raw {
@@ -259,7 +266,7 @@ impl Packed {
             Encoding::Text => {
                 // A digit and a separator for every value but the last.
                 self.refuse_beyond(2 * layout.count as u64 - 1, self.held, "text")?;
-                decode::text(&mut self.behind(skip)?, layout)?
+                vec![decode::text(&mut self.behind(skip)?, layout)?]
             }
             Encoding::Hex => {
                 self.refuse_beyond(needed.saturating_mul(2), self.held, "hex text")?;

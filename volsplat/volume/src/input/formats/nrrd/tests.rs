@@ -5,7 +5,7 @@ use std::io::Write;
 use glam::{DMat3, DVec3};
 
 use crate::Error;
-use crate::input::test_files::{Folder, gzip, survive_damage};
+use crate::input::test_files::{Folder, check_components, gzip, survive_damage};
 use crate::input::{LoadOptions, load};
 use crate::volume::{Volume, Voxels};
 
@@ -84,6 +84,7 @@ fn a_component_is_taken_wherever_its_axis_lies() {
         for (encoding, data) in packed {
             let head = format!("{fields}encoding: {encoding}\n\n");
             let path = folder.write("c.nrrd", &[head.as_bytes(), &data]);
+            check_components(&path, &LoadOptions::default(), 3);
             let options = LoadOptions {
                 component: Some(1),
                 ..LoadOptions::default()

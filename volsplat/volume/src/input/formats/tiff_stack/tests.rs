@@ -96,7 +96,7 @@ fn every_type_and_packing_reads_back() {
 }
 
 #[test]
-fn colours_are_read_one_by_one() {
+fn colours_are_read() {
     for (name, packing) in packings() {
         let folder = Folder::new();
         let bytes = stack::<colortype::RGB8>(2, packing, |i| (7 * i) as u8);

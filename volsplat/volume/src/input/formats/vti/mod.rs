@@ -21,7 +21,8 @@ use resample_io::Gate;
 
 use crate::Error;
 use crate::input::decode::Layout;
-use crate::input::decode::component::{Interleaved, chosen};
+use crate::input::decode::component;
+use crate::input::decode::component::Interleaved;
 use crate::input::file::{Fault, excerpt};
 use crate::input::formats::vti::head::{Image, Packing, Source, Text};
 use crate::input::{Parts, decode, open_sized};
@@ -55,8 +56,8 @@ pub(crate) fn others_remark(read: &str, arrays: &[String]) -> Option<String> {
 pub(crate) struct Choice<'a> {
     /// Name of the array.
     pub(crate) array: Option<&'a str>,
-    /// Component of each value, counted from 0.
-    pub(crate) component: Option<usize>,
+    /// Components of each value, counted from 0.
+    pub(crate) components: &'a [usize],
 }
 
 /// Returns true if a file that begins with `head` is XML of VTK, of any kind of data.
@@ -93,7 +94,7 @@ pub(crate) fn array_names(path: &Path) -> Result<Vec<String>, Error> {
 fn read(file: &mut File, held: u64, choice: Choice, gate: &Gate) -> Result<Parts, Fault> {
     let text = XmlText::read(file)?;
     let image = head::parse(&text.xml, choice.array)?;
-    let component = chosen(choice.component, image.components)?;
+    let chosen = component::chosen(choice.components, image.components)?;
     gate.ask_unpacked(bytes(&image)?, held, "the voxels")?;
     if image.is_of_cells {
         gate.remark(CELLS_REMARK.to_owned());
@@ -104,7 +105,7 @@ fn read(file: &mut File, held: u64, choice: Choice, gate: &Gate) -> Result<Parts
             .for_each(|remark| gate.remark(remark));
     }
     let voxels = match &image.source {
-        Source::Inline(content) => inline(content, &image, component)?,
+        Source::Inline(content) => inline(content, &image, chosen)?,
         Source::Appended { offset } => {
             let tag = text
                 .appended
@@ -113,7 +114,7 @@ fn read(file: &mut File, held: u64, choice: Choice, gate: &Gate) -> Result<Parts
             file.seek(SeekFrom::Start(begin))
                 .map_err(|error| decode::broken(&error))?;
             let held = held.saturating_sub(begin);
-            appended(file, held, &tag.encoding, &image, component)?
+            appended(file, held, &tag.encoding, &image, chosen)?
         }
     };
     Ok(Parts {
@@ -128,14 +129,14 @@ fn appended(
     held: u64,
     encoding: &str,
     image: &Image,
-    component: usize,
-) -> Result<Voxels, Fault> {
+    chosen: Vec<usize>,
+) -> Result<Vec<Voxels>, Fault> {
     let reader = BufReader::new(file);
     match encoding {
-        "raw" => binary(reader, held, image, component),
+        "raw" => binary(reader, held, image, chosen),
         "base64" => {
             let unpacked = Base64Reader::new(reader);
-            binary(unpacked, held / 4 * 3, image, component)
+            binary(unpacked, held / 4 * 3, image, chosen)
         }
         other => Err(Fault::Invalid(format!(
             "AppendedData has encoding '{other}': expected raw or base64"
@@ -230,12 +231,16 @@ fn appended_tag(tag: &[u8], at: u64) -> Result<AppendedTag, String> {
 }
 
 /// Data that stands in the XML.
-pub(crate) fn inline(content: &Text, image: &Image, component: usize) -> Result<Voxels, Fault> {
+pub(crate) fn inline(
+    content: &Text,
+    image: &Image,
+    chosen: Vec<usize>,
+) -> Result<Vec<Voxels>, Fault> {
     match content {
-        Text::Ascii(text) => ascii(text, image, component),
+        Text::Ascii(text) => ascii(text, image, &chosen),
         Text::Base64(text) => {
             let held = text.len() as u64 / 4 * 3;
-            binary(Base64Reader::new(text.as_bytes()), held, image, component)
+            binary(Base64Reader::new(text.as_bytes()), held, image, chosen)
         }
     }
 }
@@ -245,13 +250,13 @@ pub(crate) fn binary(
     mut stream: impl Read,
     held: u64,
     image: &Image,
-    component: usize,
-) -> Result<Voxels, Fault> {
+    chosen: Vec<usize>,
+) -> Result<Vec<Voxels>, Fault> {
     let (layout, needed) = (layout(image)?, bytes(image)?);
     let interleaved = Interleaved {
         scalar_bytes: image.voxel_type.bytes(),
         components: image.components,
-        chosen: component,
+        chosen,
     };
     Ok(match image.packing {
         Packing::None => {
@@ -262,13 +267,13 @@ pub(crate) fn binary(
                     "the array needs {needed} bytes, the file has {held} there"
                 )));
             }
-            decode::component(stream.take(needed), &layout, interleaved)?
+            component::read(stream.take(needed), &layout, &interleaved)?
         }
         Packing::Zlib => {
             let blocks = Blocks::begin(stream, held, image)?;
             check_promise(blocks.total(), needed, image)?;
             decode::check_expansion(needed, held)?;
-            decode::component(blocks, &layout, interleaved)?
+            component::read(blocks, &layout, &interleaved)?
         }
     })
 }
@@ -287,10 +292,10 @@ fn layout(image: &Image) -> Result<Layout, String> {
     })
 }
 
-fn ascii(text: &str, image: &Image, component: usize) -> Result<Voxels, Fault> {
+fn ascii(text: &str, image: &Image, chosen: &[usize]) -> Result<Vec<Voxels>, Fault> {
     let layout = layout(image)?;
     if image.components == 1 {
-        return Ok(decode::text(&mut text.as_bytes(), &layout)?);
+        return Ok(vec![decode::text(&mut text.as_bytes(), &layout)?]);
     }
     let words: Vec<&str> = text.split_ascii_whitespace().collect();
     let needed = layout.count.checked_mul(image.components);
@@ -300,12 +305,12 @@ fn ascii(text: &str, image: &Image, component: usize) -> Result<Voxels, Fault> {
             "{count} x {components} values are needed, {held} are there"
         )));
     }
-    let chosen: Vec<&str> = words
-        .into_iter()
-        .skip(component)
-        .step_by(image.components)
-        .collect();
-    Ok(decode::text(&mut chosen.join(" ").as_bytes(), &layout)?)
+    let decoded = chosen.iter().map(|&component| {
+        let own = words.iter().skip(component).step_by(image.components);
+        let own: Vec<&str> = own.copied().collect();
+        Ok(decode::text(&mut own.join(" ").as_bytes(), &layout)?)
+    });
+    decoded.collect()
 }
 
 fn check_promise(promised: u64, needed: u64, image: &Image) -> Result<(), String> {

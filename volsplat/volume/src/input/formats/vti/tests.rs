@@ -6,7 +6,7 @@ use std::io::Read;
 
 use super::Base64Reader;
 use crate::Error;
-use crate::input::test_files::{Folder, survive_damage, zlib};
+use crate::input::test_files::{Folder, check_components, survive_damage, zlib};
 use crate::input::{Format, LoadOptions, format_of, load};
 use crate::volume::{Volume, Voxels};
 
@@ -188,6 +188,7 @@ fn a_component_is_chosen_or_asked_for() {
     );
     let path = Folder::new();
     let path = (path.write("x.vti", &[&file.bytes()]), path);
+    check_components(&path.0, &LoadOptions::default(), 2);
     let options = LoadOptions {
         component: Some(1),
         ..LoadOptions::default()
@@ -536,6 +537,7 @@ fn one_component_of_packed_data_is_taken() {
         .replace(array, &format!("{array} NumberOfComponents=\"2\""))
         .replace("0 1 0 0 0 2", "0 0 0 0 0 2");
     let path = folder.write("x.vti", &[file.as_bytes()]);
+    check_components(&path, &LoadOptions::default(), 2);
     let options = LoadOptions {
         component: Some(1),
         ..LoadOptions::default()

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::input::test_files::{Folder, survive_damage};
+use crate::input::test_files::{Folder, check_components, survive_damage};
 use crate::input::{Format, LoadOptions, format_of, load};
 use crate::volume::{Volume, Voxels};
 
@@ -147,6 +147,8 @@ fn colours_are_bytes_also_where_a_text_has_shares() {
         assert_eq!(volume.voxels, Voxels::U8(vec![byte; 12]));
     }
     let folder = Folder::new();
+    let path = folder.write("colours.vtk", &[&file]);
+    check_components(&path, &LoadOptions::default(), 3);
     let colours = |file: &[u8]| {
         crate::input::colours_of(&folder.write("a.vtk", &[file]), &LoadOptions::default())
     };

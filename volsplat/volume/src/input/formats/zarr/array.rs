@@ -9,8 +9,7 @@ use serde_json::Value;
 
 use crate::Error;
 use crate::input::file::{Fault, unsupported};
-use crate::input::formats::zarr::codecs::{Codecs, Packing, Shard};
-use crate::input::formats::zarr::unpacked::len;
+use crate::input::formats::zarr::codecs::{Codecs, Packing, Shard, len};
 use crate::input::{cannot_read, invalid};
 use crate::volume::{Endian, VoxelType};
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::input::test_files::{Dice, Folder, gzip, zlib};
+use crate::input::test_files::{Dice, Folder, check_components, gzip, zlib};
 use crate::input::{Format, LoadOptions, format_of, load};
 use crate::volume::{Volume, Voxels};
 
@@ -280,6 +280,11 @@ fn level_channel_and_time_are_chosen() {
             },
         )
     };
+    let second = LoadOptions {
+        time: Some(1),
+        ..LoadOptions::default()
+    };
+    check_components(&image, &second, 3);
     let volume = choice(None, Some(2), Some(1)).expect("chosen");
     assert_eq!(
         (volume.dims, volume.voxels),

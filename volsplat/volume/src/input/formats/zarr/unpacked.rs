@@ -9,7 +9,6 @@
 //! well, some 200 bytes for each.
 
 use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -18,170 +17,12 @@ use resample_io::files::read_whole;
 use crate::Error;
 use crate::input::decode::Layout;
 use crate::input::decode::stored::Stored;
-use crate::input::formats::zarr::{Common, Opened, chunks_of, codecs};
+use crate::input::formats::zarr::codecs;
+use crate::input::formats::zarr::codecs::{PlaceIn, copy_box, len};
+use crate::input::formats::zarr::opened::{Common, Opened, chunks_of};
 use crate::input::{cannot_read, invalid};
 use crate::source::Watch;
 use crate::volume::NanPolicy;
-
-/// How many bytes something must have when it is unpacked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Size {
-    Exactly(usize),
-    /// Where that depends on how well something inside was packed.
-    AtMost(usize),
-}
-
-/// Most that a compression adds to what it cannot make smaller: an eighth, and room for headers. The formats that are read
-/// here stay far below.
-pub(crate) const SURPLUS_BYTES: usize = 1024;
-
-impl Size {
-    /// The most bytes.
-    pub(crate) fn most(self) -> usize {
-        match self {
-            Self::Exactly(size) | Self::AtMost(size) => size,
-        }
-    }
-
-    /// The size of these bytes while they are packed once more.
-    pub(crate) fn packed(self) -> Self {
-        let most = self.most();
-        Self::AtMost(most.saturating_add(most / 8).saturating_add(SURPLUS_BYTES))
-    }
-
-    /// Refuses a size in a header that cannot be right.
-    pub(crate) fn check(self, stated: usize) -> Result<(), String> {
-        match self {
-            Self::Exactly(needed) if stated != needed => Err(format!(
-                "the chunk says that it has {stated} bytes, which its shape does not need"
-            )),
-            Self::AtMost(most) if stated > most => Err(format!(
-                "the chunk says that it has {stated} bytes, and its shape needs at most {most}"
-            )),
-            _ => Ok(()),
-        }
-    }
-}
-
-/// Reads a stream to its end, but no further than one byte beyond what is needed: a surplus is an error later.
-pub(crate) fn all_of(stream: impl Read, size: Size) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::new();
-    let read = stream
-        .take((size.most() as u64).saturating_add(1))
-        .read_to_end(&mut bytes);
-    read.map_err(|error| format!("the chunk cannot be unpacked: {error}"))?;
-    match size {
-        Size::AtMost(most) if bytes.len() > most => Err(format!(
-            "the chunk unpacks to more than the {most} bytes that its shape needs at most"
-        )),
-        _ => Ok(bytes),
-    }
-}
-
-/// Unpacks Zstandard.
-pub(crate) fn zstd(packed: &[u8], needed: Size) -> Result<Vec<u8>, String> {
-    let stream = ruzstd::decoding::StreamingDecoder::new(packed);
-    all_of(
-        stream.map_err(|error| format!("the chunk cannot be unpacked: {error}"))?,
-        needed,
-    )
-}
-
-/// Unpacks an LZ4 block, which must fill `bytes`.
-pub(crate) fn lz4_block(block: &[u8], bytes: &mut [u8]) -> Result<(), String> {
-    match lz4_flex::block::decompress_into(block, bytes) {
-        Ok(count) if count == bytes.len() => Ok(()),
-        Ok(count) => Err(format!(
-            "a block has {count} bytes where {} belong",
-            bytes.len()
-        )),
-        Err(error) => Err(format!("the chunk cannot be unpacked: {error}")),
-    }
-}
-
-/// A part of an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Span {
-    pub(crate) first: usize,
-    pub(crate) size: usize,
-}
-
-/// Number of elements of an array; `None` where it overflows.
-pub(crate) fn len(shape: &[usize]) -> Option<usize> {
-    shape
-        .iter()
-        .try_fold(1usize, |count, &size| count.checked_mul(size))
-}
-
-/// An array, as its bytes and its shape, and a place in it.
-pub(crate) struct PlaceIn<'a, B> {
-    pub(crate) bytes: B,
-    pub(crate) shape: &'a [usize],
-    pub(crate) at: &'a [usize],
-}
-
-/// Copies a box of `size` elements from a place in one array to a place in another. The box lies in both.
-pub(crate) fn copy_box(
-    from: &PlaceIn<&[u8]>,
-    to: &mut PlaceIn<&mut [u8]>,
-    size: &[usize],
-    element_bytes: usize,
-) {
-    let Some((&row, outer)) = size.split_last() else {
-        return;
-    };
-    let rows: usize = outer.iter().product();
-    let row_bytes = row * element_bytes;
-    let mut at = vec![0; size.len()];
-    for number in 0..rows {
-        let mut rest = number;
-        for axis in (0..outer.len()).rev() {
-            at[axis] = rest % outer[axis];
-            rest /= outer[axis];
-        }
-        let source_at = element_bytes * place(from.shape, from.at, &at);
-        let target_at = element_bytes * place(to.shape, to.at, &at);
-        to.bytes[target_at..target_at + row_bytes]
-            .copy_from_slice(&from.bytes[source_at..source_at + row_bytes]);
-    }
-}
-
-/// Puts the elements of an array, stored with its axes in this order (the slowest first), into the usual order.
-pub(crate) fn reordered(
-    stored: &[u8],
-    shape: &[usize],
-    order: &[usize],
-    element_bytes: usize,
-) -> Vec<u8> {
-    let mut strides = vec![0; shape.len()];
-    let mut stride = element_bytes;
-    for &axis in order.iter().rev() {
-        strides[axis] = stride;
-        stride *= shape[axis];
-    }
-    let mut bytes = Vec::with_capacity(stored.len());
-    let mut at = vec![0; shape.len()];
-    for _ in 0..stored.len() / element_bytes {
-        let place: usize = at.iter().zip(&strides).map(|(i, stride)| i * stride).sum();
-        bytes.extend_from_slice(&stored[place..place + element_bytes]);
-        for axis in (0..shape.len()).rev() {
-            at[axis] += 1;
-            if at[axis] < shape[axis] {
-                break;
-            }
-            at[axis] = 0;
-        }
-    }
-    bytes
-}
-
-fn place(shape: &[usize], first: &[usize], at: &[usize]) -> usize {
-    shape
-        .iter()
-        .zip(first)
-        .zip(at)
-        .fold(0, |place, ((size, first), at)| place * size + first + at)
-}
 
 /// Times that a chunk is held: packed as read, once more while it is undone, and unpacked; or packed, unpacked, and cut to
 /// what is wanted. While a stream of unknown length grows it takes up to twice more, which the other half of the memory
