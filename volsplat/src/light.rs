@@ -6,7 +6,7 @@
 //! Source: B. T. Phong, "Illumination for Computer Generated Pictures", Communications of the ACM 18(6), 1975.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, SimdFloat, f32x8};
+use fearless_simd::{Simd, SimdFloat};
 use glam::DVec3;
 use resample_core::Camera;
 use resample_core::light::{AMBIENT, DIFFUSE};
@@ -95,8 +95,12 @@ impl GradientRamp {
 
     /// The factors of samples with these gradients.
     #[inline(always)]
-    pub(crate) fn factor<S: Simd>(&self, simd: S, gradient: [f32x8<S>; 3]) -> f32x8<S> {
-        let constant = |v: f32| f32x8::splat(simd, v);
+    pub(crate) fn factor<S: Simd, F: SimdFloat<S, Element = f32>>(
+        &self,
+        simd: S,
+        gradient: [F; 3],
+    ) -> F {
+        let constant = |v: f32| F::splat(simd, v);
         let ramp = (Polar::new(simd, gradient).length - constant(self.low)) * constant(self.scale);
         ramp.max(constant(0.0)).min(constant(1.0))
     }

@@ -15,7 +15,7 @@ use resample_volume::Watch;
 use resample_volume::volume::{Described, Lattice};
 
 use crate::Error;
-use crate::bricks::cells::{CELL_SIDE, CellField, FromDifferences};
+use crate::bricks::cells::{CellField, FromDifferences};
 use crate::bricks::fill::{check_dims, plan, support};
 use crate::bricks::support::Support;
 use crate::field::settings::{FieldFrame, FieldSettings, IsoSettings, Statistic, UniformChoice};
@@ -27,7 +27,7 @@ use crate::look::options::{Blend, FieldOptions, RenderOptions, Subpixels};
 use crate::look::scene::{Look, Scene};
 use crate::look::transfer::TransferFunction;
 use crate::picture::{Means, TileDepth, TileLayout, TileSlot, automatic, refined};
-use crate::slabs::section::SectionTable;
+use crate::slabs::settings::KernelReach;
 use crate::slabs::settings::{
     Anchor, ChannelSettings, Reading, SheetSettings, Slabs, channels, check,
 };
@@ -341,7 +341,7 @@ impl FieldPipeline {
             sheets: SheetSettings::new(
                 &self.options,
                 camera,
-                SectionTable::of_cube(view.camera_from_grid.matrix3),
+                KernelReach::of_cube(view.camera_from_grid.matrix3),
                 &self.channels[0].table,
                 Slabs {
                     anchor,
@@ -351,7 +351,6 @@ impl FieldPipeline {
                         / self.length,
                 },
             ),
-            brick_sections: FieldSettings::of_bricks(view.camera_from_grid.matrix3, CELL_SIDE),
             clip: self.clip.anchored(self.middle),
             channels: Arc::clone(&self.channels),
             from_differences: FromDifferences::new(&self.world_from_index.matrix3),

@@ -5,7 +5,6 @@
 //! the number of bricks between the eye's brick and another, added up over the axes, grows along every ray: sorted by
 //! it, no brick hides one that came before. This holds in a sheared grid too, because rays stay straight in it.
 
-use glam::DVec3;
 use rayon::prelude::*;
 use resample_core::clock::{StageClock, ThreadClock};
 use resample_core::scratch::on_heap;
@@ -17,7 +16,7 @@ use crate::bricks::cull::{ViewVolume, visible_bricks};
 use crate::bricks::support::Support;
 use crate::field::settings::{FieldFrame, FieldSettings, PlacedBrick};
 use crate::field::tile::render_tile;
-use crate::field::walk::gather::GatherScratch;
+use crate::field::walk::scratch::FieldScratch;
 use crate::grid::Bounds;
 use crate::look::clip::Cut;
 use crate::picture::{TileSlot, tally};
@@ -167,16 +166,12 @@ fn place<'a>(
         columns,
         rows,
     } = extent(&brick.bounds, view, grid, settings)?;
-    let middle = DVec3::from(brick.bounds.corner.map(f64::from)) + 0.5 * CELL_SIDE as f64;
-    let middle = view.camera_from_grid.transform_point3(middle);
     Some(PlacedBrick {
         brick,
         uniform: None,
         planes,
         columns,
         rows,
-        middle: [middle.x as f32, middle.y as f32],
-        middle_z: (middle.z - settings.sheets.anchor.camera_z) as f32,
         cuts: 0,
     })
 }
@@ -217,7 +212,7 @@ impl FieldFrame<'_> {
         let columns = grid.columns();
         slots.resize_with(columns * grid.rows(), TileSlot::default);
         slots.par_iter_mut().enumerate().for_each_init(
-            on_heap::<GatherScratch>,
+            on_heap::<FieldScratch>,
             |scratch, (index, slot)| {
                 let at = [index % columns, index / columns];
                 let list = lists.tile(at[0], at[1]);
@@ -229,10 +224,10 @@ impl FieldFrame<'_> {
                 let corner_px = at.map(|tile| tile * TILE_PX);
                 let view = TileView::new(self.view, corner_px, &self.settings.sheets);
                 let front_to_back = list.iter().map(|&brick| &bricks[brick as usize]);
-                let counts = render_tile(self.settings, &view, front_to_back, scratch);
+                let (counts, pixels) = render_tile(self.settings, &view, front_to_back, scratch);
                 slot.count(counts);
                 slot.count_samples(scratch.work);
-                slot.show(&scratch.pixels, self.subpixels as usize, self.means);
+                slot.show(&pixels, self.subpixels as usize, self.means);
                 slot.composite_ms = start.elapsed_ms();
             },
         );

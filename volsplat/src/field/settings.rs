@@ -7,7 +7,7 @@
 
 use std::sync::Arc;
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DVec2, DVec3};
 use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 use resample_core::{Camera, GridView, OpacityMode, Projection, Stop};
@@ -16,8 +16,7 @@ use crate::bricks::cells::{CELL_SIDE, CellBrick, FromDifferences};
 use crate::look::clip::{AnchoredHalfSpace, GridClip};
 use crate::look::options::{RenderOptions, Shading};
 use crate::picture::Means;
-use crate::slabs::section::SectionTable;
-use crate::slabs::settings::{Anchor, BOX_MARGIN, ChannelSettings, Reading, SheetSettings};
+use crate::slabs::settings::{Anchor, ChannelSettings, Reading, SheetSettings};
 use crate::slabs::table::TransferTable;
 use crate::slabs::view::TileView;
 
@@ -206,8 +205,6 @@ impl Uniform {
 #[derive(Clone, Debug)]
 pub(crate) struct FieldSettings {
     pub(crate) sheets: SheetSettings,
-    /// Sections of a whole brick of cells, from its middle.
-    pub(crate) brick_sections: SectionTable,
     /// The clip, relative to the anchor.
     pub(crate) clip: Vec<AnchoredHalfSpace>,
     /// All channels; the table of the first is that of the sheets too.
@@ -254,11 +251,6 @@ pub(crate) enum Rule {
 }
 
 impl FieldSettings {
-    /// The sections of bricks of this many cells along a side, from their middle, with the margin.
-    pub(crate) fn of_bricks(camera_from_grid: DMat3, cells: usize) -> SectionTable {
-        SectionTable::of_cube(camera_from_grid * (0.5 * cells as f64 + BOX_MARGIN))
-    }
-
     /// The rule of these settings.
     pub(crate) fn rule(&self) -> Rule {
         let is_plain = self.is_one_channel() && self.sheets.gradient_ramp.is_none();
@@ -275,7 +267,7 @@ impl FieldSettings {
     }
 
     /// Returns true if there is one channel, of scalars.
-    pub(crate) fn is_one_channel(&self) -> bool {
+    fn is_one_channel(&self) -> bool {
         self.channels.len() == 1 && self.channels[0].reading == Reading::Trilinear
     }
 
@@ -303,10 +295,6 @@ pub(crate) struct PlacedBrick<'a> {
     /// Pixel columns first..end and rows first..end that the box covers.
     pub(crate) columns: [u16; 2],
     pub(crate) rows: [u16; 2],
-    /// Camera x and y of the middle of the brick.
-    pub(crate) middle: [f32; 2],
-    /// Its camera z, relative to the anchor's.
-    pub(crate) middle_z: f32,
     /// The half-spaces of the clip that cut the box, by their bits.
     pub(crate) cuts: u32,
 }

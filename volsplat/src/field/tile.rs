@@ -6,17 +6,16 @@
 
 use std::hint::black_box;
 
-use resample_core::composite::TileCounts;
+use resample_core::composite::{TileCounts, TilePixels};
 use resample_core::dispatch;
 
 use crate::bricks::cells::{CELL_ROWS, CellBrick, Gradients, Scalars, VERTEX_SIDE};
 use crate::field::batch;
+use crate::field::batch::statistic;
 use crate::field::settings::{AnchoredRays, FieldSettings, PlacedBrick, Rule, TileContext};
 use crate::field::walk::constant_walk::add_uniform;
-use crate::field::walk::gather::{GatherScratch, Window, add_brick};
-use crate::field::walk::mixed::Mixed;
-use crate::field::walk::statistic::Gathered;
-use crate::field::walk::{isosurface, segments, statistic};
+use crate::field::walk::scratch::{FieldScratch, Window};
+use crate::field::walk::{isosurface, segments};
 use crate::slabs::view::TileView;
 
 /// Renders a tile from the bricks that touch it, in front-to-back order.
@@ -24,12 +23,11 @@ pub(crate) fn render_tile<'a>(
     settings: &FieldSettings,
     view: &TileView,
     bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
-    scratch: &mut GatherScratch,
-) -> TileCounts {
+    scratch: &mut FieldScratch,
+) -> (TileCounts, TilePixels) {
     scratch.begin(settings);
     let (counts, _) = advance_tile(settings, view, bricks, scratch);
-    end_tile(settings, scratch);
-    counts
+    (counts, end_tile(settings, scratch))
 }
 
 /// Takes more bricks in, front to back, behind what `scratch` holds. Says also whether the tile is opaque now.
@@ -37,12 +35,12 @@ pub(crate) fn advance_tile<'a>(
     settings: &FieldSettings,
     view: &TileView,
     bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) -> (TileCounts, TileState) {
     if let Some(wanted) = settings.statistic {
         let mut bricks: Vec<&PlacedBrick> = bricks.collect();
         statistic::in_best_order(wanted, &mut bricks);
-        let useful = |placed: &PlacedBrick, window: &Window, scratch: &GatherScratch| {
+        let useful = |placed: &PlacedBrick, window: &Window, scratch: &FieldScratch| {
             !statistic::is_idle(wanted, placed, window, &scratch.rays)
         };
         return advance_while_open(settings, view, bricks.into_iter(), useful, scratch);
@@ -54,8 +52,8 @@ fn advance_while_open<'a>(
     settings: &FieldSettings,
     view: &TileView,
     bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
-    is_useful: impl Fn(&PlacedBrick, &Window, &GatherScratch) -> bool,
-    scratch: &mut GatherScratch,
+    is_useful: impl Fn(&PlacedBrick, &Window, &FieldScratch) -> bool,
+    scratch: &mut FieldScratch,
 ) -> (TileCounts, TileState) {
     let mut counts = TileCounts::default();
     let rays = settings
@@ -93,25 +91,20 @@ pub(crate) enum TileState {
     Opaque,
 }
 
-/// Classifies what waits for it, and puts the colours where the pixels are.
-pub(crate) fn end_tile(settings: &FieldSettings, scratch: &mut GatherScratch) {
+/// Classifies the rays that wait for it, and returns the pixels.
+pub(crate) fn end_tile(settings: &FieldSettings, scratch: &mut FieldScratch) -> TilePixels {
     if let Some(wanted) = settings.statistic {
         statistic::classify(settings, wanted, scratch);
     }
-    scratch.place_colours();
+    scratch.pixels.planes()
 }
 
 /// One kernel for each rule: what a rule needs would spill the registers of those that do without.
 fn add_brick_by_rule(
     job: &TileContext,
     window: Window,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) -> (usize, bool) {
-    macro_rules! add {
-        ($rule:ty) => {
-            dispatch!(job.settings.sheets.level, simd => add_brick::<_, $rule>(simd, job, window, scratch))
-        };
-    }
     let settings = job.settings;
     let level = settings.sheets.level;
     match (job.rays, &settings.iso) {
@@ -129,7 +122,7 @@ fn add_brick_by_rule(
     if let Some(uniform) = job.placed.uniform {
         return dispatch!(settings.sheets.level, simd => add_uniform(simd, job, window, uniform, scratch));
     }
-    dispatch!(level, simd => batch::runs::find(simd, job, window, &mut scratch.runs));
+    dispatch!(level, simd => batch::planes::find(simd, job, window, &mut scratch.runs));
     match settings.rule() {
         Rule::Over => {
             dispatch!(level, simd => batch::add_brick::<_, batch::Composite<false>>(simd, job, window, scratch))
@@ -137,11 +130,12 @@ fn add_brick_by_rule(
         Rule::Shaded => {
             dispatch!(level, simd => batch::add_brick::<_, batch::Composite<true>>(simd, job, window, scratch))
         }
-        Rule::Mixed => add!(Mixed),
-        Rule::Statistic if settings.is_one_channel() => {
+        Rule::Mixed => {
+            dispatch!(level, simd => batch::add_brick::<_, batch::Mixed>(simd, job, window, scratch))
+        }
+        Rule::Statistic => {
             dispatch!(level, simd => batch::add_brick::<_, batch::Statistics>(simd, job, window, scratch))
         }
-        Rule::Statistic => add!(Gathered),
     }
 }
 

@@ -16,7 +16,6 @@ use crate::look::options::{Blend, DepthPlane, RenderOptions};
 use crate::look::palette::Palette;
 use crate::look::scene::{Channel, Look, Scene};
 use crate::look::transfer::TransferFunction;
-use crate::slabs::section::SectionTable;
 use crate::slabs::table::TransferTable;
 
 /// Boxes on the screen and along the view are wider than what they hold by this much, in pixels and in voxels, so that
@@ -45,13 +44,44 @@ pub(crate) struct Slabs {
     pub(crate) opacity_unit: f64,
 }
 
+/// How far a kernel reaches from its centre in camera space, world units. All kernels of a grid reach equally far, whatever the
+/// perspective.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KernelReach {
+    /// Least x and y, greatest x and y: for one vector of four.
+    pub(crate) ends: [f32; 4],
+    /// Half its extent along camera z.
+    pub(crate) z: f32,
+}
+
+impl KernelReach {
+    /// That of the box -1..1 of a grid whose axes are the columns of `camera_from_grid`: the trilinear kernel.
+    pub(crate) fn of_cube(camera_from_grid: DMat3) -> Self {
+        Self::of([0, 1, 2].map(|axis| camera_from_grid.row(axis).abs().element_sum()))
+    }
+
+    /// That of the ball of this radius of such a grid, on slabs of this thickness.
+    pub(crate) fn of_ball(camera_from_grid: DMat3, radius: f64, thickness: f64) -> Self {
+        let [x, y, z] = [0, 1, 2].map(|axis| radius * camera_from_grid.row(axis).length());
+        Self::of([x, y, z + 0.5 * thickness])
+    }
+
+    fn of([x, y, z]: [f64; 3]) -> Self {
+        // One step of f32 outwards: rounding never cuts the box.
+        let [x, y] = [x, y].map(|end| (end as f32).next_up());
+        Self {
+            ends: [-x, -y, x, y],
+            z: z as f32,
+        }
+    }
+}
+
 /// Settings shared by every tile of a frame.
 #[derive(Clone, Debug)]
 pub(crate) struct SheetSettings {
     pub(crate) level: Vectors,
     pub(crate) table: TransferTable,
-    /// Sections of a kernel.
-    pub(crate) sections: SectionTable,
+    pub(crate) reach: KernelReach,
     pub(crate) anchor: Anchor,
     /// Slab thickness along camera z, world units.
     pub(crate) thickness: f64,
@@ -82,7 +112,7 @@ impl SheetSettings {
     pub(crate) fn new(
         options: &RenderOptions,
         camera: &Camera,
-        sections: SectionTable,
+        reach: KernelReach,
         table: &TransferTable,
         slabs: Slabs,
     ) -> Self {
@@ -92,8 +122,8 @@ impl SheetSettings {
             gradient_ramp: options
                 .gradient_opacity
                 .map(|ramp| GradientRamp::new(ramp, slabs.length)),
-            ring_len: Self::ring_len(&sections, slabs.thickness),
-            sections,
+            ring_len: Self::ring_len(&reach, slabs.thickness),
+            reach,
             thickness: slabs.thickness,
             unit_in_world: slabs.opacity_unit,
             anchor: slabs.anchor,
@@ -120,12 +150,12 @@ impl SheetSettings {
 
     /// The margin of a box along camera z, world units: as far as its corners move when it grows by the margin.
     pub(crate) fn margin_z(&self) -> f64 {
-        BOX_MARGIN * f64::from(self.sections.reach_z)
+        BOX_MARGIN * f64::from(self.reach.z)
     }
 
-    /// Length of the ring: a power of two that holds the planes that a kernel of these sections may span.
-    pub(crate) fn ring_len(sections: &SectionTable, thickness: f64) -> usize {
-        ((2.0 * f64::from(sections.reach_z) / thickness).floor() as usize + 2).next_power_of_two()
+    /// Length of the ring: a power of two that holds the planes that a kernel may span.
+    pub(crate) fn ring_len(reach: &KernelReach, thickness: f64) -> usize {
+        ((2.0 * f64::from(reach.z) / thickness).floor() as usize + 2).next_power_of_two()
     }
 }
 
@@ -238,5 +268,35 @@ pub(crate) fn check(channels: &[ChannelSettings], options: &RenderOptions) -> Re
             refuse("labels have no greatest, no mean and no surface: draw them by emission")
         }
         _ => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_point_of_a_kernel_lies_beyond_its_reach() {
+        let map = DMat3::from_cols(
+            DVec3::new(1.0, 0.2, -0.3),
+            DVec3::new(-0.4, 0.7, 0.9),
+            DVec3::new(0.1, -0.5, 2.0),
+        );
+        let ball = KernelReach::of_ball(map, 1.8, 0.5);
+        let cube = KernelReach::of_cube(map);
+        for i in 0..20_000 {
+            // A spiral over the sphere.
+            let height = 1.0 - 2.0 * (f64::from(i) + 0.5) / 20_000.0;
+            let angle = f64::from(i) * 2.4;
+            let across = (1.0 - height * height).sqrt();
+            let p = DVec3::new(across * angle.cos(), across * angle.sin(), height);
+            let on_cube = p / p.abs().max_element();
+            for (reach, p, slab) in [(ball, 1.8 * p, 0.25), (cube, on_cube, 0.0)] {
+                let p = (map * p).as_vec3();
+                let [x0, y0, x1, y1] = reach.ends;
+                assert!(p.x >= x0 && p.x <= x1 && p.y >= y0 && p.y <= y1, "{p}");
+                assert!(p.z.abs() + slab <= reach.z * (1.0 + 1e-6), "{p}");
+            }
+        }
     }
 }

@@ -1,8 +1,8 @@
 //! The camera of a tile: on the plane of each slab a pixel's position in the grid is an affine function of the pixel,
 //! so that three vectors a plane are all that a section needs.
 
+use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x4, f32x8, i32x4};
 use glam::{DMat3, DVec2, DVec3};
 use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
@@ -168,20 +168,6 @@ impl PlaneView {
     pub(crate) fn row(&self, axis: usize, row: usize) -> f32 {
         self.block_rows[axis].as_flattened()[row * BLOCK_PX]
     }
-}
-
-/// The tile's pixels whose centres lie in a box (least x, y, greatest x, y of the camera): first column and row, end
-/// column and row.
-#[inline(always)]
-pub(crate) fn covered<S: Simd>(simd: S, view: &PlaneView, ends: f32x4<S>) -> [usize; 4] {
-    let scale = f32x4::from_slice(simd, &view.pixel_scale);
-    let pixels = ends
-        .mul_add(scale, f32x4::from_slice(simd, &view.pixel_shift))
-        .ceil();
-    let tile = pixels
-        .max(f32x4::splat(simd, 0.0))
-        .min(f32x4::splat(simd, TILE_PX as f32));
-    tile.to_int::<i32x4<S>>().to_array().map(|p| p as usize)
 }
 
 /// Unit directions, in the world, of the rays of a tile's pixels.

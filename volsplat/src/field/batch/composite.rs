@@ -3,16 +3,12 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x16, mask32x16};
 use resample_core::composite::DepthRule;
-use resample_core::tile::TILE_PX;
 
+use super::PackedRule;
 use super::classify::{classify, light};
-use super::rule::PackedRule;
 use crate::field::settings::TileContext;
-use crate::field::walk::gather::GatherScratch;
 use crate::field::walk::lists::PIXEL_SHIFT;
-
-/// Pixels of a tile.
-const PIXELS: usize = TILE_PX * TILE_PX;
+use crate::field::walk::scratch::FieldScratch;
 
 /// Emission and absorption, with the light of the shading or without.
 pub(crate) struct Composite<const SHADED: bool>;
@@ -20,23 +16,22 @@ pub(crate) struct Composite<const SHADED: bool>;
 impl<const SHADED: bool> PackedRule for Composite<SHADED> {
     const HIDES: bool = true;
 
-    /// Opaque pixels take no more samples.
     #[inline(always)]
     fn open<S: Simd>(
         simd: S,
         job: &TileContext,
-        scratch: &GatherScratch,
+        scratch: &FieldScratch,
         row: usize,
     ) -> mask32x16<S> {
-        let left = f32x16::from_slice(simd, &scratch.pixels.transmittance[row]);
-        left.simd_ge(f32x16::splat(simd, job.settings.sheets.min_transmittance))
+        not_opaque(simd, job, scratch, row)
     }
 
     #[inline(always)]
-    fn take<S: Simd>(simd: S, job: &TileContext, scratch: &mut GatherScratch) {
+    fn take<S: Simd>(simd: S, job: &TileContext, scratch: &mut FieldScratch) {
         classify(simd, job, &mut scratch.samples);
         if SHADED {
-            light(simd, job, &mut scratch.samples);
+            let gradients = job.placed.brick.gradients.as_ref();
+            light(simd, job, gradients, &mut scratch.samples);
         }
         composite::<S, SHADED>(simd, job, scratch);
     }
@@ -44,41 +39,44 @@ impl<const SHADED: bool> PackedRule for Composite<SHADED> {
 
 /// Composites what was classified.
 #[inline(always)]
-fn composite<S: Simd, const SHADED: bool>(simd: S, job: &TileContext, scratch: &mut GatherScratch) {
+fn composite<S: Simd, const SHADED: bool>(simd: S, job: &TileContext, scratch: &mut FieldScratch) {
     let settings = job.settings;
     let least = settings.sheets.min_transmittance;
     let with_depth = settings.sheets.depth == DepthRule::Expected;
-    let shown = &scratch.samples.shown;
-    let transmittance = scratch.pixels.transmittance.as_flattened_mut();
-    let depth = scratch.pixels.depth.as_flattened_mut();
-    let rgb = scratch.rgb.as_flattened_mut();
+    let FieldScratch {
+        samples,
+        pixels,
+        work,
+        ..
+    } = scratch;
+    let shown = &samples.shown;
     let mut contributed = 0;
     for k in 0..shown.count {
-        let pixel = (shown.place[k] >> PIXEL_SHIFT) as usize % PIXELS;
-        let before = transmittance[pixel];
-        // Opaque pixels take no more samples, one by one, so that the picture does not depend on which other bricks
-        // the tile saw before.
-        if !(before >= least) {
-            continue;
-        }
-        contributed += 1;
-        let weight = before * shown.opacity[k];
-        transmittance[pixel] = before - weight;
-        let colour = settings.sheets.table.entry(shown.entry[k] as i32);
-        let colour = f32x4::from_slice(simd, &colour);
-        let sum = f32x4::from_slice(simd, &rgb[pixel]);
-        let added = if SHADED {
-            let body = f32x4::splat(simd, weight * shown.body[k]);
-            body * colour + f32x4::splat(simd, weight * shown.highlight[k])
-        } else {
-            f32x4::splat(simd, weight) * colour
+        let colour = |weight: f32| {
+            let entry = settings.sheets.table.entry(shown.entry[k] as i32);
+            let entry = f32x4::from_slice(simd, &entry);
+            if SHADED {
+                let body = f32x4::splat(simd, weight * shown.body[k]);
+                body * entry + f32x4::splat(simd, weight * shown.highlight[k])
+            } else {
+                f32x4::splat(simd, weight) * entry
+            }
         };
-        (sum + added).store_slice(&mut rgb[pixel]);
-        if with_depth {
-            let z = f32x4::splat(simd, shown.camera_z[k]);
-            let sum = f32x4::splat(simd, weight).mul_add(z, f32x4::splat(simd, depth[pixel]));
-            depth[pixel] = sum.to_array()[0];
-        }
+        let pixel = (shown.place[k] >> PIXEL_SHIFT) as usize;
+        let z = with_depth.then_some(shown.camera_z[k]);
+        contributed += usize::from(pixels.add(simd, pixel, (shown.opacity[k], least), z, colour));
     }
-    scratch.work.contributed += contributed;
+    work.contributed += contributed;
+}
+
+/// The pixels of a row that are not opaque: the others take no more samples.
+#[inline(always)]
+pub(crate) fn not_opaque<S: Simd>(
+    simd: S,
+    job: &TileContext,
+    scratch: &FieldScratch,
+    row: usize,
+) -> mask32x16<S> {
+    let left = f32x16::from_slice(simd, &scratch.pixels.transmittance[row]);
+    left.simd_ge(f32x16::splat(simd, job.settings.sheets.min_transmittance))
 }

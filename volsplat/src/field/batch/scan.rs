@@ -6,17 +6,18 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16, mask32x16, u8x64, u32x16};
+use fearless_simd_macros::simd;
 use resample_core::composite::DepthRule;
 use resample_core::tile::TILE_PX;
 
-use super::blocks::{Ends, open_blocks, planes_inside, positions};
-use super::rule::PackedRule;
-use super::runs;
+use super::PackedRule;
+use super::planes;
+use super::planes::{Ends, open_blocks, planes_inside, positions};
 use crate::bricks::cells::{CELL_SIDE, TABLE_LEN, VERTEX_SIDE};
 use crate::field::settings::TileContext;
 use crate::field::walk::cell_sample::CellBox;
-use crate::field::walk::gather::{GatherScratch, REMEMBERED_PLANES, Window};
 use crate::field::walk::lists::{LANES, PIXEL_SHIFT, PackedSamples};
+use crate::field::walk::scratch::{FieldScratch, REMEMBERED_PLANES, Window};
 use crate::slabs::view::{BLOCK_PX, PlaneView};
 
 /// Planes that are gone through together: a tile remembers as many.
@@ -46,13 +47,28 @@ struct Located<S: Simd> {
     shown: mask32x16<S>,
 }
 
-/// Finds the samples of all planes, and composites them. Returns the lanes looked at.
-#[inline(always)]
-pub(crate) fn add_planes<S: Simd, R: PackedRule>(
+/// Takes all samples of a brick in. Returns the pixels looked at, and whether the tile is opaque now.
+#[simd]
+pub(crate) fn add_brick<S: Simd, R: PackedRule>(
     simd: S,
     job: &TileContext,
     window: Window,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
+) -> (usize, bool) {
+    let contributed = scratch.work.contributed;
+    let touched = add_planes::<S, R>(simd, job, window, scratch);
+    let seen = R::HIDES && scratch.work.contributed > contributed;
+    let least = job.settings.sheets.min_transmittance;
+    (touched, seen && scratch.pixels.is_opaque(simd, least))
+}
+
+/// Finds the samples of all planes, and composites them. Returns the lanes looked at.
+#[inline(always)]
+fn add_planes<S: Simd, R: PackedRule>(
+    simd: S,
+    job: &TileContext,
+    window: Window,
+    scratch: &mut FieldScratch,
 ) -> usize {
     let (settings, placed) = (job.settings, job.placed);
     let mut numbers = [0; LANES];
@@ -71,7 +87,7 @@ pub(crate) fn add_planes<S: Simd, R: PackedRule>(
     // Out of the scratch storage as long as the rest of it changes.
     let mut planes = std::mem::take(&mut scratch.planes);
     let met = std::mem::take(&mut scratch.runs);
-    let is_long = runs::is_long(placed);
+    let is_long = planes::is_long(placed);
     let mut touched = 0;
     let batches = met.iter().flat_map(|run| {
         run.clone()
@@ -116,7 +132,7 @@ pub(crate) fn add_planes<S: Simd, R: PackedRule>(
 
 /// Takes in the samples that wait.
 #[inline(always)]
-fn flush<S: Simd, R: PackedRule>(simd: S, job: &TileContext, scratch: &mut GatherScratch) {
+fn flush<S: Simd, R: PackedRule>(simd: S, job: &TileContext, scratch: &mut FieldScratch) {
     let count = scratch.samples.len();
     if count > 0 {
         scratch.work.computed += count.next_multiple_of(LANES);
@@ -133,7 +149,7 @@ impl<S: Simd> Scan<'_, S> {
         simd: S,
         plane: &PlaneView,
         ([x, y], open): ([usize; 2], u64),
-        scratch: &mut GatherScratch,
+        scratch: &mut FieldScratch,
     ) {
         let position = positions(simd, plane, [x, y]);
         let Located { cell, share, shown } = self.located(simd, &position);

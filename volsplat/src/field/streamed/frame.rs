@@ -23,7 +23,7 @@ use crate::field::settings::{FieldFrame, FieldSettings};
 use crate::field::streamed::IndexedBrick;
 use crate::field::streamed::{Budget, StreamedCells};
 use crate::field::tile::{TileState, advance_tile, end_tile};
-use crate::field::walk::gather::{GatherScratch, Unfinished};
+use crate::field::walk::scratch::{FieldScratch, Unfinished};
 use crate::look::clip::Cut;
 use crate::picture::{TileSlot, tally};
 use crate::slabs::view::TileView;
@@ -214,41 +214,37 @@ impl Band<'_> {
         let lists = TileLists::new(&self.grid, &rects);
         let (columns, first_row) = (self.grid.columns(), self.rows.start);
         let tiles = self.tiles.par_iter_mut().zip(slots).enumerate();
-        tiles.for_each_init(
-            on_heap::<GatherScratch>,
-            |scratch, (index, (tile, slot))| {
-                let at = [index % columns, first_row + index / columns];
-                let list = lists.tile(at[0], at[1]);
-                slot.list_more(list.len());
-                if list.is_empty() || matches!(tile, Progress::Opaque) {
-                    return;
+        tiles.for_each_init(on_heap::<FieldScratch>, |scratch, (index, (tile, slot))| {
+            let at = [index % columns, first_row + index / columns];
+            let list = lists.tile(at[0], at[1]);
+            slot.list_more(list.len());
+            if list.is_empty() || matches!(tile, Progress::Opaque) {
+                return;
+            }
+            let start = ThreadClock::start();
+            match tile {
+                Progress::Begun(begun) => scratch.resume(settings, begun),
+                _ => scratch.begin(settings),
+            }
+            let corner_px = at.map(|tile| tile * TILE_PX);
+            let view = TileView::new(self.frame.view, corner_px, &settings.sheets);
+            let front_to_back = list.iter().map(|&brick| &placed[brick as usize]);
+            let (counts, state) = advance_tile(settings, &view, front_to_back, scratch);
+            slot.count(counts);
+            slot.count_samples(scratch.work);
+            *tile = match state {
+                TileState::Opaque => {
+                    slot.show(
+                        &end_tile(settings, scratch),
+                        self.frame.subpixels as usize,
+                        self.frame.means,
+                    );
+                    Progress::Opaque
                 }
-                let start = ThreadClock::start();
-                match tile {
-                    Progress::Begun(begun) => scratch.resume(settings, begun),
-                    _ => scratch.begin(settings),
-                }
-                let corner_px = at.map(|tile| tile * TILE_PX);
-                let view = TileView::new(self.frame.view, corner_px, &settings.sheets);
-                let front_to_back = list.iter().map(|&brick| &placed[brick as usize]);
-                let (counts, state) = advance_tile(settings, &view, front_to_back, scratch);
-                slot.count(counts);
-                slot.count_samples(scratch.work);
-                *tile = match state {
-                    TileState::Opaque => {
-                        end_tile(settings, scratch);
-                        slot.show(
-                            &scratch.pixels,
-                            self.frame.subpixels as usize,
-                            self.frame.means,
-                        );
-                        Progress::Opaque
-                    }
-                    TileState::Open => Progress::Begun(Box::new(scratch.suspend(settings))),
-                };
-                slot.composite_ms += start.elapsed_ms();
-            },
-        );
+                TileState::Open => Progress::Begun(Box::new(scratch.suspend(settings))),
+            };
+            slot.composite_ms += start.elapsed_ms();
+        });
         let begun = self
             .tiles
             .iter()
@@ -311,11 +307,10 @@ impl Band<'_> {
             ..
         } = *self.frame;
         let tiles = self.tiles.par_iter().zip(slots);
-        tiles.for_each_init(on_heap::<GatherScratch>, |scratch, (tile, slot)| {
+        tiles.for_each_init(on_heap::<FieldScratch>, |scratch, (tile, slot)| {
             if let Progress::Begun(begun) = tile {
                 scratch.resume(settings, begun);
-                end_tile(settings, scratch);
-                slot.show(&scratch.pixels, subpixels as usize, means);
+                slot.show(&end_tile(settings, scratch), subpixels as usize, means);
             }
         });
     }

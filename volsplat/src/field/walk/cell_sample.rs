@@ -12,6 +12,7 @@ use crate::bricks::cells::{
     CELL_CORNERS, CELL_ROWS, CELL_SIDE, CELLS, CellBrick, FaceBytes, LAST_CELL, TABLE_LEN, Table,
     VERTEX_SIDE,
 };
+use crate::field::settings::TileContext;
 use crate::slabs::settings::Anchor;
 use crate::slabs::view::{HalfRow, LANES, PlaneView};
 
@@ -47,31 +48,12 @@ impl CellBox {
 pub(crate) struct Located<S: Simd> {
     /// Their place in the tile.
     pub(crate) at: HalfRow,
-    /// Position in the grid relative to the anchor.
-    pub(crate) position: [f32x8<S>; 3],
     /// Lanes in the brick's box.
     pub(crate) inside: mask32x8<S>,
     /// Place of each one's cell in the brick's tables.
     pub(crate) places: [i32; LANES],
     /// Its position in the cell.
     pub(crate) share: [f32x8<S>; 3],
-}
-
-/// The positions of half a row on a plane, and which of those that are still open lie in the box; `None` if none does.
-#[inline(always)]
-pub(crate) fn located<S: Simd>(
-    simd: S,
-    plane: &PlaneView,
-    cells: &CellBox,
-    open: mask32x8<S>,
-    at: HalfRow,
-) -> Option<Located<S>> {
-    let position = position(simd, plane, at);
-    let inside = inside(simd, cells, position) & open;
-    if inside.all_false() {
-        return None;
-    }
-    Some(in_cells(simd, cells, at, position, inside))
 }
 
 /// Where half a row of a plane lies in the grid, relative to the anchor. It comes out the same for every brick, so that
@@ -97,35 +79,7 @@ pub(crate) fn inside<S: Simd>(simd: S, cells: &CellBox, position: [f32x8<S>; 3])
     within(0) & within(1) & within(2)
 }
 
-/// The cells of positions; those outside the box are read from a cell inside, and left out later.
-#[inline(always)]
-fn in_cells<S: Simd>(
-    simd: S,
-    cells: &CellBox,
-    at: HalfRow,
-    position: [f32x8<S>; 3],
-    inside: mask32x8<S>,
-) -> Located<S> {
-    let constant = |v: f32| f32x8::splat(simd, v);
-    // Rounding down is exact, and so is the rest of the position.
-    let below: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis].floor());
-    let share: [f32x8<S>; 3] = std::array::from_fn(|axis| position[axis] - below[axis]);
-    let cell_of = |axis: usize| {
-        (below[axis] - constant(cells.corner[axis]))
-            .max(constant(0.0))
-            .min(constant(CELL_SIDE as f32 - 1.0))
-    };
-    let places = places_of(simd, [cell_of(0), cell_of(1), cell_of(2)]);
-    Located {
-        at,
-        position,
-        inside,
-        places,
-        share,
-    }
-}
-
-/// As [`in_cells`], with every position in a cell of the box: a position outside the box counts on from the nearest.
+/// Positions in cells of the box: a position outside the box counts on from the nearest.
 #[inline(always)]
 pub(crate) fn in_box_cells<S: Simd>(
     simd: S,
@@ -151,7 +105,6 @@ pub(crate) fn in_box_cells<S: Simd>(
     let places = places_of(simd, cell);
     Located {
         at,
-        position,
         inside: constant(0.0).simd_eq(constant(0.0)),
         places,
         share,
@@ -244,29 +197,6 @@ impl<S: Simd> Corners<S> {
         ];
         mix(y[0], y[1], share[2])
     }
-
-    /// How far the values are above one.
-    #[inline(always)]
-    pub(crate) fn above(&self, simd: S, least: f32) -> Self {
-        let (zero, least) = (f32x8::splat(simd, 0.0), f32x8::splat(simd, least));
-        let mut values = self.values;
-        for value in &mut values {
-            *value = (*value - least).max(zero);
-        }
-        Self { values }
-    }
-
-    /// The trilinear mix in which each value counts by its weight.
-    #[inline(always)]
-    pub(crate) fn weighted(&self, simd: S, weights: &Self, share: [f32x8<S>; 3]) -> f32x8<S> {
-        let mut products = self.values;
-        for (product, &weight) in products.iter_mut().zip(&weights.values) {
-            *product *= weight;
-        }
-        let least = f32x8::splat(simd, f32::MIN_POSITIVE);
-        let products = Self { values: products };
-        products.interpolated(share) / weights.interpolated(share).max(least)
-    }
 }
 
 #[inline(always)]
@@ -304,7 +234,7 @@ fn cells_of<S: Simd>(simd: S, places: &[i32; LANES]) -> [i32; LANES] {
 
 /// The places of the voxels that are nearest to samples.
 #[inline(always)]
-pub(crate) fn nearest_places<S: Simd>(simd: S, located: &Located<S>) -> [i32; LANES] {
+fn nearest_places<S: Simd>(simd: S, located: &Located<S>) -> [i32; LANES] {
     let constant = |v: f32| f32x8::splat(simd, v);
     let step = |axis: usize, stride: usize| {
         located.share[axis]
@@ -319,12 +249,20 @@ pub(crate) fn nearest_places<S: Simd>(simd: S, located: &Located<S>) -> [i32; LA
     places
 }
 
-/// The values of the nearest voxels.
+/// The samples without those whose nearest voxel the mask hides.
 #[inline(always)]
-pub(crate) fn nearest<S: Simd>(simd: S, scalars: &Scalars, located: &Located<S>) -> f32x8<S> {
-    let mut values = [0.0f32; LANES];
-    for (value, place) in values.iter_mut().zip(nearest_places(simd, located)) {
-        *value = scalars.at((place as usize).min(TABLE_LEN - 1));
+pub(crate) fn masked<S: Simd>(simd: S, job: &TileContext, located: &Located<S>) -> Located<S> {
+    let Some(mask) = job.placed.brick.mask.as_deref() else {
+        return *located;
+    };
+    let places = nearest_places(simd, located);
+    let mut shown = [0.0f32; LANES];
+    for (shown, place) in shown.iter_mut().zip(places) {
+        *shown = f32::from(mask[(place as usize).min(TABLE_LEN - 1)]);
     }
-    f32x8::from_slice(simd, &values)
+    let shown = f32x8::from_slice(simd, &shown).simd_gt(f32x8::splat(simd, 0.0));
+    Located {
+        inside: located.inside & shown,
+        ..*located
+    }
 }

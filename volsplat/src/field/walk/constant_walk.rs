@@ -12,7 +12,7 @@ use resample_core::composite::{DepthRule, opacity};
 use crate::field::settings::TileContext;
 use crate::field::settings::Uniform;
 use crate::field::walk::cell_sample::{CellBox, inside, position};
-use crate::field::walk::gather::{GatherScratch, POSITION_ERROR, Window};
+use crate::field::walk::scratch::{FieldScratch, POSITION_ERROR, WeightedRow, Window};
 use crate::slabs::view::{HalfRow, LANES, PlaneView};
 
 /// Least movement per plane along an axis, voxels: below it, a ray is taken to run along the faces of that axis.
@@ -40,7 +40,7 @@ pub(crate) fn add_uniform<S: Simd>(
     job: &TileContext,
     window: Window,
     uniform: Uniform,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) -> (usize, bool) {
     let settings = job.settings;
     let cells = CellBox::new(job.placed.brick, &settings.sheets.anchor);
@@ -83,7 +83,7 @@ fn planes_inside<S: Simd>(
     job: &TileContext,
     crossed: &Crossed,
     at: HalfRow,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) -> Option<Inside<S>> {
     let constant = |v: f32| f32x8::splat(simd, v);
     let Crossed { cells, ends, .. } = crossed;
@@ -129,7 +129,7 @@ fn counted<S: Simd>(
     job: &TileContext,
     cells: &CellBox,
     at: HalfRow,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) -> (f32x8<S>, f32x8<S>) {
     let [first, end] = job.placed.planes;
     let constant = |v: f32| f32x8::splat(simd, v);
@@ -151,7 +151,7 @@ fn composite_step<S: Simd>(
     job: &TileContext,
     crossed: &Crossed,
     inside: &Inside<S>,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) -> bool {
     let (settings, view, at) = (job.settings, job.view, inside.at);
     let constant = |v: f32| f32x8::splat(simd, v);
@@ -184,24 +184,19 @@ fn composite_step<S: Simd>(
             constant(0.0),
         );
     }
-    (before - weight).store_slice(&mut scratch.pixels.transmittance[at.row][range.clone()]);
-    if settings.sheets.depth == DepthRule::Expected {
-        let middle = (inside.from + inside.to - constant(1.0)) * constant(0.5);
-        let z = middle.mul_add(
-            constant(settings.sheets.thickness as f32),
-            constant(crossed.ends[0].camera_z),
-        );
-        let depth = &mut scratch.pixels.depth[at.row][range.clone()];
-        weight
-            .mul_add(z, f32x8::from_slice(simd, depth))
-            .store_slice(depth);
-    }
-    let weights = weight.to_array();
-    for (sum, weight) in scratch.rgb[at.row][range].iter_mut().zip(weights) {
-        sum[0] += weight * red;
-        sum[1] += weight * green;
-        sum[2] += weight * blue;
-    }
+    let middle = (inside.from + inside.to - constant(1.0)) * constant(0.5);
+    let z = middle.mul_add(
+        constant(settings.sheets.thickness as f32),
+        constant(crossed.ends[0].camera_z),
+    );
+    let samples = WeightedRow {
+        weight,
+        camera_z: (settings.sheets.depth == DepthRule::Expected).then_some(z),
+        body: weight,
+        highlight: constant(0.0),
+        rgb: [red, green, blue],
+    };
+    scratch.pixels.add_row(simd, at, &samples);
     true
 }
 

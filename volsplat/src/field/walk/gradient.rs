@@ -250,7 +250,6 @@ mod tests {
         let share = [0, 1, 2].map(|axis: usize| f32x8::from_slice(simd, &share[axis]));
         let located = Located {
             at: crate::slabs::view::HalfRow { row: 0, first: 0 },
-            position: share,
             inside: one.simd_gt(f32x8::splat(simd, 0.0)),
             places: [place; LANES],
             share,

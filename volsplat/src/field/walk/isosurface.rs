@@ -14,10 +14,10 @@ use resample_core::maps::TilePlane;
 use super::rays::Rays;
 use crate::field::settings::TileContext;
 use crate::field::settings::{AnchoredRays, IsoSettings};
-use crate::field::walk::cell_sample::{CellBox, Located, in_box_cells, interpolated};
-use crate::field::walk::clipped::masked;
-use crate::field::walk::gather::{GatherScratch, Window, set_lanes};
-use crate::field::walk::lit::lit;
+use crate::field::walk::cell_sample::{CellBox, Located, in_box_cells, interpolated, masked};
+use crate::field::walk::gradient::interpolated_gradient;
+use crate::field::walk::scratch::{FieldScratch, WeightedRow, Window, set_lanes};
+use crate::light::Lit;
 use crate::slabs::view::{HalfRow, LANES};
 
 /// How far a ray is followed beyond the faces of a brick, voxels, so that a crossing on a face that rounding puts outside
@@ -46,7 +46,7 @@ pub(crate) fn add_brick<S: Simd>(
     iso: &IsoSettings,
     rays: &AnchoredRays,
     window: Window,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) -> (usize, bool) {
     let cells = CellBox::new(job.placed.brick, &job.settings.sheets.anchor);
     let (mut touched, mut seen) = (0, false);
@@ -75,7 +75,7 @@ fn add_half_row<S: Simd>(
     job: &TileContext,
     iso: &IsoSettings,
     rays: &Rays<S>,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) -> bool {
     let constant = |v: f32| f32x8::splat(simd, v);
     let at = rays.at;
@@ -157,7 +157,7 @@ fn add_surface<S: Simd>(
     iso: &IsoSettings,
     rays: &Rays<S>,
     mut step: Step<S>,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) -> bool {
     let at = rays.at;
     let crosses = step.crosses;
@@ -185,31 +185,24 @@ fn add_surface<S: Simd>(
         return false;
     }
     scratch.work.contributed += set_lanes(found.inside);
+    let zero = constant(0.0);
     let before = load(&scratch.pixels.transmittance);
-    let weight = found
-        .inside
-        .select(before * constant(iso.opacity), constant(0.0));
-    (before - weight).store_slice(&mut scratch.pixels.transmittance[at.row][range.clone()]);
+    let weight = found.inside.select(before * constant(iso.opacity), zero);
     let depth = hit + constant(job.settings.sheets.anchor.camera_z as f32);
-    let depths = found.inside.select(
-        weight.mul_add(depth, load(&scratch.pixels.depth)),
-        load(&scratch.pixels.depth),
-    );
-    depths.store_slice(&mut scratch.pixels.depth[at.row][range.clone()]);
     found
         .inside
         .select(hit, load(&scratch.last_hit))
         .store_slice(&mut scratch.last_hit[at.row][range.clone()]);
     let lit = lit(simd, job, &found, weight);
-    let (body, highlight) = lit.map_or((constant(1.0), constant(0.0)), |lit| {
-        (lit.body, lit.highlight)
-    });
-    let (bodies, highlights) = ((weight * body).to_array(), (weight * highlight).to_array());
-    for (lane, sum) in scratch.rgb[at.row][range].iter_mut().enumerate() {
-        for (sum, value) in sum.iter_mut().zip(iso.rgb) {
-            *sum += bodies[lane] * value + highlights[lane];
-        }
-    }
+    let (body, highlight) = lit.map_or((constant(1.0), zero), |lit| (lit.body, lit.highlight));
+    let samples = WeightedRow {
+        weight,
+        camera_z: Some(found.inside.select(depth, zero)),
+        body: weight * body,
+        highlight: weight * highlight,
+        rgb: iso.rgb,
+    };
+    scratch.pixels.add_row(simd, at, &samples);
     true
 }
 
@@ -219,4 +212,21 @@ fn reach_per_voxel<S: Simd>(simd: S, rays: &Rays<S>) -> f32x8<S> {
     let [x, y, z] = rays.direction;
     let length2 = x.mul_add(x, y.mul_add(y, z * z));
     f32x8::splat(simd, 1.0) / length2.sqrt()
+}
+
+/// Lights the samples whose weight is above 0; `None` where nothing is shaded.
+#[inline(always)]
+fn lit<S: Simd>(
+    simd: S,
+    job: &TileContext,
+    located: &Located<S>,
+    weight: f32x8<S>,
+) -> Option<Lit<f32x8<S>>> {
+    let (shade, gradients) = (
+        job.settings.sheets.shade.as_ref()?,
+        job.placed.brick.gradients.as_ref()?,
+    );
+    let gradients = (gradients, &job.settings.from_differences);
+    let gradient = interpolated_gradient(simd, gradients, located, weight);
+    Some(shade.light(simd, gradient, job.view.rays(simd, located.at)))
 }

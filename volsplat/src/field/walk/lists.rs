@@ -36,6 +36,17 @@ pub(crate) struct PackedSamples {
     pub(crate) camera_z: Numbers,
     pub(crate) shown: ShownSamples,
     pub(crate) between: BetweenSteps,
+    pub(crate) sums: ChannelSums,
+}
+
+/// Sums over the channels at each sample, where there are several.
+#[derive(Clone, Debug)]
+pub(crate) struct ChannelSums {
+    pub(crate) strength: Numbers,
+    /// Colour times strength, lit.
+    pub(crate) rgb: [[f32; 4]; ROOM],
+    /// The factor of each colour that is added; highlights have none.
+    pub(crate) tint: [[f32; 4]; ROOM],
 }
 
 /// Results of one step of a batch that the next one reads. They are kept from batch to batch: clearing the arrays took a twentieth of
@@ -67,8 +78,11 @@ pub(crate) struct ShownSamples {
     pub(crate) place: [u32; ROOM],
     pub(crate) share: [Numbers; 3],
     pub(crate) camera_z: Numbers,
+    /// Number in the list of all.
+    pub(crate) number: [u32; ROOM],
     /// Place in the transfer function's table.
     pub(crate) entry: [u32; ROOM],
+    /// Opacity, or extinction as long as channels are added.
     pub(crate) opacity: Numbers,
     /// Factors of the colour by light.
     pub(crate) body: Numbers,
@@ -102,6 +116,7 @@ impl Default for PackedSamples {
                 place: [0; ROOM],
                 share: [zero; 3],
                 camera_z: zero,
+                number: [0; ROOM],
                 entry: [0; ROOM],
                 opacity: zero,
                 body: zero,
@@ -117,6 +132,11 @@ impl Default for PackedSamples {
                 units: zero,
                 gradient: [zero; 3],
                 ray: [zero; 3],
+            },
+            sums: ChannelSums {
+                strength: zero,
+                rgb: [[0.0; 4]; ROOM],
+                tint: [[0.0; 4]; ROOM],
             },
         }
     }

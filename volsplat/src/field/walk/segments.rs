@@ -10,20 +10,18 @@
 //! Limits: the field is linear between the ends of a segment; lit by the gradient at the middle of its visible part.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x8, f32x16, i32x16, mask32x8, mask32x16, u8x64, u32x16};
+use fearless_simd::{f32x4, f32x8, f32x16, i32x16, mask32x8, mask32x16, u8x64, u32x16};
 use fearless_simd_macros::simd;
 use resample_core::composite::{DepthRule, opacity};
 
-use crate::bricks::cells::{
-    CELL_CORNERS, CELL_ROWS, CELL_SIDE, CELLS, CellBrick, LAST_CELL, Scalars,
-};
+use crate::bricks::cells::{CELL_SIDE, CELLS};
 use crate::field::settings::{AnchoredRays, TileContext};
-use crate::field::walk::cell_sample::{CellBox, Located, places_of};
-use crate::field::walk::clipped::masked;
-use crate::field::walk::gather::{GatherScratch, Window};
+use crate::field::walk::cell_sample::{CellBox, Located, masked, places_of};
+use crate::field::walk::corners::Corners;
 use crate::field::walk::gradient::interpolated_gradient;
 use crate::field::walk::lists::{Found, LANE_NUMBERS, PAIR_LANES, Segment, SegmentList};
 use crate::field::walk::rays::Rays;
+use crate::field::walk::scratch::{FieldScratch, Window};
 use crate::light::Lit;
 use crate::slabs::table::{Prefix, TransferIntegrals};
 use crate::slabs::view::{HalfRow, LANES};
@@ -71,7 +69,7 @@ pub(crate) fn add_brick<S: Simd, const SHADED: bool>(
     job: &TileContext,
     rays: &AnchoredRays,
     window: Window,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) -> (usize, bool) {
     let Some(integrals) = job.settings.sheets.table.integrals() else {
         return (0, false);
@@ -108,7 +106,7 @@ pub(crate) fn add_brick<S: Simd, const SHADED: bool>(
 fn add_pair<S: Simd, const SHADED: bool>(
     simd: S,
     pair: &PairInBrick<S>,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) {
     let (first, last) = pair.rows[0].inside_brick(simd, pair.job, 0.0);
     let (first_below, last_below) = pair.rows[1].inside_brick(simd, pair.job, 0.0);
@@ -198,7 +196,7 @@ fn add_cell<S: Simd, const SHADED: bool>(
     simd: S,
     pair: &PairInBrick<S>,
     part: &CellPart<S>,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) -> bool {
     let constant = |v: f32| f32x16::splat(simd, v);
     let job = pair.job;
@@ -255,7 +253,7 @@ impl<'a, S: Simd> PairInBrick<'a, S> {
 
     /// The pixels that are not opaque.
     #[inline(always)]
-    fn open(&self, simd: S, scratch: &GatherScratch) -> mask32x16<S> {
+    fn open(&self, simd: S, scratch: &FieldScratch) -> mask32x16<S> {
         let HalfRow { row, first } = self.rows[0].at;
         let left = &scratch.pixels.transmittance;
         let above = f32x8::from_slice(simd, &left[row][first..first + LANES]);
@@ -307,7 +305,6 @@ impl<'a, S: Simd> PairInBrick<'a, S> {
             let cell = [half(part.cell[0]), half(part.cell[1]), half(part.cell[2])];
             let located = Located {
                 at: self.rows[row].at,
-                position: [half(middle); 3],
                 inside: mask32x8::from_bitmask(simd, inside),
                 places: places_of(simd, cell),
                 share: [half(share[0]), half(share[1]), half(share[2])],
@@ -337,7 +334,7 @@ pub(crate) fn flush<S: Simd, const SHADED: bool>(
     simd: S,
     job: &TileContext,
     integrals: &TransferIntegrals,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) {
     let met = pick(simd, job, integrals, scratch);
     for first in (0..met).step_by(LANES) {
@@ -355,7 +352,7 @@ fn pick<S: Simd>(
     simd: S,
     job: &TileContext,
     integrals: &TransferIntegrals,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) -> usize {
     let list = &mut scratch.segments;
     let (brick, table) = (job.placed.brick, &job.settings.sheets.table);
@@ -364,7 +361,7 @@ fn pick<S: Simd>(
     scratch.work.shown += halves * list.count;
     let mut met = 0;
     for first in (0..list.count).step_by(PAIR_LANES) {
-        let corners = corners(simd, brick, list, first);
+        let corners = Corners::new(simd, &brick.scalars, |lane| list.cell(first + lane) as u32);
         let (near, far) = (list.shares(simd, 0, first), list.shares(simd, 1, first));
         let from = table.unbounded_place(simd, corners.interpolated(near));
         let to = table.unbounded_place(simd, corners.interpolated(far));
@@ -385,69 +382,6 @@ fn pick<S: Simd>(
         met = add_met(simd, integrals, list, ends, [2 * first + PAIR_LANES, met]);
     }
     met
-}
-
-/// The values at the corners of the cells of parts.
-#[inline(always)]
-fn corners<S: Simd>(
-    simd: S,
-    brick: &CellBrick,
-    list: &SegmentList,
-    first: usize,
-) -> PairCorners<S> {
-    let mut values = [f32x16::splat(simd, 0.0); 8];
-    let table = match &brick.scalars {
-        Scalars::Numbers(table) => table,
-        Scalars::Bytes(faces) => {
-            let (mut front, mut back) = ([0; PAIR_LANES], [0; PAIR_LANES]);
-            for lane in 0..PAIR_LANES {
-                let cell = list.cell(first + lane) % CELLS;
-                front[lane] = faces[cell];
-                back[lane] = faces[cell + CELL_ROWS];
-            }
-            let faces = [
-                u32x16::from_slice(simd, &front),
-                u32x16::from_slice(simd, &back),
-            ];
-            for (k, value) in values.iter_mut().enumerate() {
-                let byte = faces[k / 4] >> (8 * (k % 4) as u32) & u32x16::splat(simd, 0xff);
-                *value = byte.bitcast::<i32x16<S>>().to_float();
-            }
-            return PairCorners { values };
-        }
-    };
-    let mut corners = [[0.0; PAIR_LANES]; 8];
-    for lane in 0..PAIR_LANES {
-        let place = (list.vertex(first + lane) as usize).min(LAST_CELL);
-        for (corner, offset) in corners.iter_mut().zip(CELL_CORNERS) {
-            corner[lane] = table[place + offset];
-        }
-    }
-    for (value, corner) in values.iter_mut().zip(&corners) {
-        *value = f32x16::from_slice(simd, corner);
-    }
-    PairCorners { values }
-}
-
-/// The values at the corners of cells, x fastest.
-struct PairCorners<S: Simd> {
-    values: [f32x16<S>; 8],
-}
-
-impl<S: Simd> PairCorners<S> {
-    /// The trilinear mix.
-    #[inline(always)]
-    fn interpolated(&self, [x, y, z]: [f32x16<S>; 3]) -> f32x16<S> {
-        let v = &self.values;
-        let front = mix(mix(v[0], v[1], x), mix(v[2], v[3], x), y);
-        let back = mix(mix(v[4], v[5], x), mix(v[6], v[7], x), y);
-        mix(front, back, z)
-    }
-}
-
-#[inline(always)]
-fn mix<S: Simd>(a: f32x16<S>, b: f32x16<S>, t: f32x16<S>) -> f32x16<S> {
-    (b - a).mul_add(t, a)
 }
 
 /// Adds those segments, numbered from the first, that meet something to the `met` ones. Returns how many there are then.
@@ -532,7 +466,7 @@ fn composite<S: Simd, const SHADED: bool>(
     job: &TileContext,
     integrals: &TransferIntegrals,
     shown: &Shown<S>,
-    scratch: &mut GatherScratch,
+    scratch: &mut FieldScratch,
 ) {
     let constant = |v: f32| f32x8::splat(simd, v);
     let settings = &job.settings.sheets;
@@ -571,23 +505,18 @@ fn composite<S: Simd, const SHADED: bool>(
     let with_depth = settings.depth == DepthRule::Expected;
     for lane in 0..LANES {
         let pixel = scratch.segments.pixel(shown.segments[lane].part);
-        let before = scratch.pixels.transmittance.as_flattened()[pixel];
-        // Opaque pixels take no more, one by one.
-        if bits >> lane & 1 == 0 || !(before >= least) {
+        if bits >> lane & 1 == 0 {
             continue;
         }
-        scratch.work.contributed += 1;
-        let weight = before * opacities[lane];
-        scratch.pixels.transmittance.as_flattened_mut()[pixel] = before - weight;
-        if with_depth {
-            let depth = &mut scratch.pixels.depth.as_flattened_mut()[pixel];
-            *depth = weight.mul_add(camera_z[lane], *depth);
-        }
-        let (body, highlight) = (weight * bodies[lane], weight * highlights[lane]);
-        let sum = &mut scratch.rgb.as_flattened_mut()[pixel];
-        for channel in 0..3 {
-            sum[channel] += body * colours[lane][channel] + highlight;
-        }
+        let z = with_depth.then_some(camera_z[lane]);
+        let colour = |weight: f32| {
+            let body = f32x4::splat(simd, weight * bodies[lane]);
+            let highlight = f32x4::splat(simd, weight * highlights[lane]);
+            body * f32x4::from_slice(simd, &colours[lane]) + highlight
+        };
+        let opacity = (opacities[lane], least);
+        let is_seen = scratch.pixels.add(simd, pixel, opacity, z, colour);
+        scratch.work.contributed += usize::from(is_seen);
     }
 }
 
@@ -622,7 +551,6 @@ fn light<S: Simd>(
     let middle = [between(0), between(1), between(2)];
     let located = Located {
         at: HalfRow { row: 0, first: 0 },
-        position: middle,
         inside: shown.shows,
         places: std::array::from_fn(|lane| list.vertex(shown.segments[lane].part)),
         share: middle,

@@ -58,8 +58,8 @@ impl SheetProjection {
             thickness: settings.thickness as f32,
             anchor_plane: (settings.anchor.camera_z / settings.thickness - 0.5) as f32,
             first_plane: first_plane as f32,
-            reach_z: settings.sections.reach_z,
-            reach: settings.sections.whole.ends,
+            reach_z: settings.reach.z,
+            reach: settings.reach.ends,
             near: view.near as f32,
         }
     }

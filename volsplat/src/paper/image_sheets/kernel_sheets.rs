@@ -35,7 +35,7 @@ use crate::paper::samples::sample::Samples;
 use crate::picture::{Means, TileSlot};
 use crate::picture::{TileDepth, TileLayout};
 use crate::picture::{automatic, refined};
-use crate::slabs::section::SectionTable;
+use crate::slabs::settings::KernelReach;
 use crate::slabs::settings::{Anchor, SheetSettings, Slabs};
 use crate::slabs::table::TransferTable;
 use crate::stats::FrameStats;
@@ -185,7 +185,7 @@ impl KernelSheets {
         SheetSettings::new(
             &self.options,
             camera,
-            SectionTable::of_ball(view.camera_from_grid.matrix3, radius, thickness),
+            KernelReach::of_ball(view.camera_from_grid.matrix3, radius, thickness),
             &self.table,
             Slabs {
                 anchor: Anchor::new(middle, view),

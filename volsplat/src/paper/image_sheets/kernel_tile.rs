@@ -288,14 +288,14 @@ fn placed(
     let nearest = slab(tile, first, ring);
     let per_slab = 1.0 / settings.thickness as f32;
     let to_centre = (voxel.offset_z - nearest.view.offset_z) * per_slab;
-    let reach = settings.sections.reach_z * per_slab;
+    let reach = settings.reach.z * per_slab;
     // The last slab may begin where the ball ends: it then gets nothing.
     let count = ((to_centre + reach).floor().max(-1.0) as i32 + 1)
         .clamp(0, settings.ring_len as i32) as u32;
     let last = count.checked_sub(1)?;
     let middle = (to_centre.round().max(0.0) as u32).min(last);
     let [x, y] = voxel.across;
-    let [left, top, right, bottom] = settings.sections.whole.ends;
+    let [left, top, right, bottom] = settings.reach.ends;
     let ends = [x + left, y + top, x + right, y + bottom];
     let near = nearest.covered(ends);
     let far = slab(tile, first + last, ring).covered(ends);

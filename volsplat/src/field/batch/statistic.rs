@@ -1,77 +1,79 @@
 //! The greatest, the least or the mean scalar along each ray, classified at the end.
 //!
-//! Samples are those of the sheets; what becomes of them does not depend on their order. So bricks come with the greatest
-//! first where the greatest is wanted, and a brick that cannot exceed what every pixel under it has already is passed over.
+//! The effect of a sample does not depend on the order. So bricks come with the greatest
+//! first where the greatest is wanted, and a brick that cannot exceed the values of all pixels under it is skipped.
 //! A pixel without a sample shows nothing; one with samples has the opacity of the transfer function over one opacity unit.
 
-use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x16, mask32x16};
 use resample_core::OpacityMode;
-use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 
-use crate::field::settings::FieldSettings;
-use crate::field::settings::{PlacedBrick, TileContext};
-use crate::field::settings::{RayValues, Statistic};
-use crate::field::walk::cell_sample::{Located, interpolated};
-use crate::field::walk::gather::{GatherScratch, SampleRule, Window, set_lanes};
+use super::PackedRule;
+use super::classify::interpolate;
+use crate::field::settings::{FieldSettings, PlacedBrick, RayValues, Statistic, TileContext};
+use crate::field::walk::lists::PIXEL_SHIFT;
+use crate::field::walk::scratch::{FieldScratch, Window};
 use crate::slabs::settings::Role;
-use crate::slabs::view::{LANES, PlaneView};
 
-/// Gathers the statistic that the settings ask for.
-pub(crate) struct Gathered;
+/// A statistic of each channel.
+pub(crate) struct Statistics;
 
-impl SampleRule for Gathered {
+impl PackedRule for Statistics {
+    const HIDES: bool = false;
+
     #[inline(always)]
-    fn take<S: Simd>(
+    fn open<S: Simd>(
         simd: S,
         job: &TileContext,
-        plane: &PlaneView,
-        located: &Located<S>,
-        scratch: &mut GatherScratch,
-    ) -> bool {
-        let constant = |v: f32| f32x8::splat(simd, v);
-        let Some(statistic) = job.settings.statistic else {
-            return false;
-        };
-        let at = located.at;
-        let range = at.first..at.first + LANES;
-        let mut contributed = constant(0.0).simd_gt(constant(0.0));
-        for (number, rays) in scratch.rays.iter_mut().enumerate() {
-            let cells = job.placed.brick.channel(number);
-            let load = |plane: &TilePlane| f32x8::from_slice(simd, &plane[at.row][range.clone()]);
-            // Where the brick cannot exceed what a ray has, the ray has met a sample already.
-            let [least, greatest] = cells.range;
-            let may_change = match statistic {
-                Statistic::Greatest => {
-                    located.inside & load(&rays.values).simd_lt(constant(greatest))
-                }
-                Statistic::Least => located.inside & load(&rays.values).simd_gt(constant(least)),
-                Statistic::Mean => located.inside,
+        scratch: &FieldScratch,
+        row: usize,
+    ) -> mask32x16<S> {
+        let zero = f32x16::splat(simd, 0.0);
+        let mut open = zero.simd_gt(zero);
+        for (number, rays) in scratch.rays.iter().enumerate() {
+            let values = f32x16::from_slice(simd, &rays.values[row]);
+            // Where the brick cannot exceed the value of a ray, the ray has met a sample already.
+            let [least, greatest] = job.placed.brick.channel(number).range;
+            open |= match job.settings.statistic {
+                Some(Statistic::Greatest) => values.simd_lt(f32x16::splat(simd, greatest)),
+                Some(Statistic::Least) => values.simd_gt(f32x16::splat(simd, least)),
+                Some(Statistic::Mean) | None => values.simd_eq(values),
             };
-            if may_change.all_false() {
-                continue;
-            }
-            let scalar = interpolated(simd, cells.scalars, &located.places, located.share);
-            let (value, depth, met) = (load(&rays.values), load(&rays.depths), load(&rays.counts));
-            let z = constant(plane.camera_z);
-            let (taken, new_value, new_depth) = match statistic {
-                Statistic::Greatest => (located.inside & scalar.simd_gt(value), scalar, z),
-                Statistic::Least => (located.inside & scalar.simd_lt(value), scalar, z),
-                Statistic::Mean => (located.inside, value + scalar, depth + z),
-            };
-            contributed |= taken;
-            taken
-                .select(new_value, value)
-                .store_slice(&mut rays.values[at.row][range.clone()]);
-            taken
-                .select(new_depth, depth)
-                .store_slice(&mut rays.depths[at.row][range.clone()]);
-            let met = located.inside.select(met + constant(1.0), met);
-            met.store_slice(&mut rays.counts[at.row][range.clone()]);
         }
-        scratch.work.contributed += set_lanes(contributed);
-        false
+        open
+    }
+
+    #[inline(always)]
+    fn take<S: Simd>(simd: S, job: &TileContext, scratch: &mut FieldScratch) {
+        let mut contributed = 0;
+        for (number, rays) in scratch.rays.iter_mut().enumerate() {
+            let scalars = job.placed.brick.channel(number).scalars;
+            interpolate(simd, scalars, &mut scratch.samples);
+            let samples = &scratch.samples;
+            let values = rays.values.as_flattened_mut();
+            let depths = rays.depths.as_flattened_mut();
+            let counts = rays.counts.as_flattened_mut();
+            let mut changed = 0;
+            for k in 0..samples.len() {
+                let pixel = (samples.place[k] >> PIXEL_SHIFT) as usize % (TILE_PX * TILE_PX);
+                let (scalar, z) = (samples.scalar[k], samples.camera_z[k]);
+                let value = values[pixel];
+                counts[pixel] += 1.0;
+                let (is_taken, new_value, new_depth) = match job.settings.statistic {
+                    Some(Statistic::Greatest) => (scalar > value, scalar, z),
+                    Some(Statistic::Least) => (scalar < value, scalar, z),
+                    Some(Statistic::Mean) | None => (true, value + scalar, depths[pixel] + z),
+                };
+                if is_taken {
+                    (values[pixel], depths[pixel]) = (new_value, new_depth);
+                    changed += 1;
+                }
+            }
+            // A sample counts once, whatever channels it changes: the channel that changed most is close to that.
+            contributed = contributed.max(changed);
+        }
+        scratch.work.contributed += contributed;
     }
 }
 
@@ -110,11 +112,7 @@ pub(crate) fn is_idle(
 }
 
 /// Classifies what the rays of a tile have met.
-pub(crate) fn classify(
-    settings: &FieldSettings,
-    statistic: Statistic,
-    scratch: &mut GatherScratch,
-) {
+pub(crate) fn classify(settings: &FieldSettings, statistic: Statistic, scratch: &mut FieldScratch) {
     for y in 0..TILE_PX {
         for x in 0..TILE_PX {
             let mut sum = [0.0f32; 4];
@@ -148,7 +146,7 @@ pub(crate) fn classify(
             let share = opacity / sum[3];
             scratch.pixels.transmittance[y][x] = 1.0 - opacity;
             scratch.pixels.depth[y][x] = share * depth;
-            scratch.rgb[y][x] = [share * sum[0], share * sum[1], share * sum[2], 0.0];
+            scratch.pixels.rgb[y][x] = [share * sum[0], share * sum[1], share * sum[2], 0.0];
         }
     }
 }
