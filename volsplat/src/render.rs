@@ -7,7 +7,7 @@
 use glam::DVec3;
 use resample_core::clock::StageClock;
 use resample_core::image::Plane;
-use resample_core::{Camera, Image, Projection, Stop};
+use resample_core::{Camera, Image, Projection, Reuse, Stop};
 use resample_volume::Watch;
 use resample_volume::volume::{Described, Lattice};
 
@@ -20,11 +20,9 @@ use crate::look::options::{DepthPlane, Order, RenderOptions};
 use crate::look::scene::Scene;
 use crate::look::transfer::TransferFunction;
 use crate::paper::{EverySample, KernelSheets, Painting};
-use crate::picture::TileSlot;
-use crate::picture::picture;
+use crate::picture::{TileSlot, picture};
 use crate::stats::FrameStats;
 use crate::{Error, Volume};
-use resample_core::Reuse;
 
 /// Renders one prepared volume, frame after frame.
 #[derive(Clone, Debug)]

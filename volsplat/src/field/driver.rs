@@ -27,9 +27,8 @@ use crate::look::options::{Blend, FieldOptions, RenderOptions, Subpixels};
 use crate::look::scene::{Look, Scene};
 use crate::look::transfer::TransferFunction;
 use crate::picture::{Means, TileDepth, TileLayout, TileSlot, automatic, refined};
-use crate::slabs::settings::KernelReach;
 use crate::slabs::settings::{
-    Anchor, ChannelSettings, Reading, SheetSettings, Slabs, channels, check,
+    Anchor, ChannelSettings, KernelReach, Reading, SheetSettings, Slabs, channels, check,
 };
 use crate::stats::FrameStats;
 

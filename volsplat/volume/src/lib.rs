@@ -30,8 +30,7 @@ pub use error::Error;
 #[cfg(feature = "input")]
 pub use input::{LoadOptions, RawOptions, load, load_components};
 pub use labels::{LabelLook, LabelTable};
-pub use source::Watch;
-pub use source::{Region, VoxelSource};
+pub use source::{Region, VoxelSource, Watch};
 pub use volume::{
     Described, Endian, Histogram, Lattice, Modality, NanPolicy, Volume, VoxelType, Voxels,
     procedural,

@@ -5,13 +5,12 @@ use fearless_simd::{f32x4, f32x16, i32x16, mask32x16, u32x16};
 use resample_core::composite::{DepthRule, opacity};
 
 use super::one_by_one;
-use super::scan::vertices;
 use crate::bricks::cells::{
     CELL_CORNERS, CELL_ROWS, DifferenceTable, FaceBytes, FromDifferences, GradientTable, Gradients,
     LAST_CELL, Scalars, TABLE_LEN, VERTEX_SIDE,
 };
 use crate::field::settings::TileContext;
-use crate::field::walk::corners::Corners;
+use crate::field::walk::corners::{Corners, vertices};
 use crate::field::walk::lists::{
     BetweenSteps, CELL_MASK, LANE_NUMBERS, LANES, Numbers, PIXEL_SHIFT, PackedSamples,
     ShownSamples, vertex,

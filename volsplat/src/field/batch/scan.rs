@@ -10,12 +10,12 @@ use fearless_simd_macros::simd;
 use resample_core::composite::DepthRule;
 use resample_core::tile::TILE_PX;
 
-use super::PackedRule;
-use super::planes;
 use super::planes::{Ends, open_blocks, planes_inside, positions};
-use crate::bricks::cells::{CELL_SIDE, TABLE_LEN, VERTEX_SIDE};
+use super::{PackedRule, planes};
+use crate::bricks::cells::CELL_SIDE;
 use crate::field::settings::TileContext;
 use crate::field::walk::cell_sample::CellBox;
+use crate::field::walk::corners::{shown, unmasked};
 use crate::field::walk::lists::{LANES, PIXEL_SHIFT, PackedSamples};
 use crate::field::walk::scratch::{FieldScratch, REMEMBERED_PLANES, Window};
 use crate::slabs::view::{BLOCK_PX, PlaneView};
@@ -161,7 +161,7 @@ impl<S: Simd> Scan<'_, S> {
             inside &= self.clipped(simd, &position);
         }
         if self.job.placed.brick.mask.is_some() {
-            inside &= self.masked(simd, cell, share);
+            inside &= unmasked(simd, self.job, cell, share);
         }
         let first = (y * BLOCK_PX * TILE_PX + x * BLOCK_PX) as u32;
         let pixel = self.lanes + u32x16::splat(simd, first);
@@ -197,14 +197,10 @@ impl<S: Simd> Scan<'_, S> {
         }
         // Beyond the brick a place is negative or has more than three bits, and the cell's number says nothing.
         let is_inside = (all_axes & constant(!(CELL_SIDE as u32 - 1))).simd_eq(constant(0));
-        // The lowest byte of each lane is looked up, the upper bytes are ignored.
-        let rows: u8x64<S> = (cell >> 3).bitcast();
-        let row: u32x16<S> = self.bits.swizzle_dyn(rows).bitcast();
-        let bit = row >> (cell & constant(7)) & constant(1);
         Located {
             cell,
             share,
-            shown: is_inside & bit.simd_eq(constant(1)),
+            shown: is_inside & shown(simd, self.bits, cell),
         }
     }
 
@@ -227,37 +223,6 @@ impl<S: Simd> Scan<'_, S> {
         }
         kept
     }
-
-    /// The samples whose nearest voxel the mask shows.
-    #[inline(always)]
-    fn masked(&self, simd: S, cell: u32x16<S>, share: [f32x16<S>; 3]) -> mask32x16<S> {
-        let Some(mask) = self.job.placed.brick.mask.as_deref() else {
-            return cell.simd_eq(cell);
-        };
-        let constant = |v: u32| u32x16::splat(simd, v);
-        let half = f32x16::splat(simd, 0.5);
-        let mut nearest = vertices(simd, cell);
-        let mut stride = 1;
-        for share in share {
-            nearest += share.simd_ge(half).select(constant(stride), constant(0));
-            stride *= VERTEX_SIDE as u32;
-        }
-        let nearest = nearest.to_array();
-        let mut shown = [0u32; LANES];
-        for lane in 0..LANES {
-            shown[lane] = u32::from(mask[(nearest[lane] as usize).min(TABLE_LEN - 1)]);
-        }
-        u32x16::from_slice(simd, &shown).simd_gt(constant(0))
-    }
-}
-
-/// The places of cells' first vertices.
-#[inline(always)]
-pub(crate) fn vertices<S: Simd>(simd: S, cell: u32x16<S>) -> u32x16<S> {
-    let constant = |v: u32| u32x16::splat(simd, v);
-    let rows = (cell >> 3) & constant(CELL_SIDE as u32 - 1);
-    let layers = cell >> 6;
-    cell + rows + layers * constant(2 * CELL_SIDE as u32 + 1)
 }
 
 /// Writes the samples of a vector behind the others.

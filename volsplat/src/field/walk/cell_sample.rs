@@ -7,10 +7,9 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8, mask32x8, u32x8};
 use glam::DVec3;
 
-use crate::bricks::cells::Scalars;
 use crate::bricks::cells::{
-    CELL_CORNERS, CELL_ROWS, CELL_SIDE, CELLS, CellBrick, FaceBytes, LAST_CELL, TABLE_LEN, Table,
-    VERTEX_SIDE,
+    CELL_CORNERS, CELL_ROWS, CELL_SIDE, CELLS, CellBrick, FaceBytes, LAST_CELL, Scalars, TABLE_LEN,
+    Table, VERTEX_SIDE,
 };
 use crate::field::settings::TileContext;
 use crate::slabs::settings::Anchor;

@@ -9,8 +9,7 @@ use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 use resample_core::composite::{DepthRule, opacity};
 
-use crate::field::settings::TileContext;
-use crate::field::settings::Uniform;
+use crate::field::settings::{TileContext, Uniform};
 use crate::field::walk::cell_sample::{CellBox, inside, position};
 use crate::field::walk::scratch::{FieldScratch, POSITION_ERROR, WeightedRow, Window};
 use crate::slabs::view::{HalfRow, LANES, PlaneView};

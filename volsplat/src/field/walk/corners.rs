@@ -3,9 +3,12 @@
 //! Source: the trilinear kernel, gathered. Limits: a brick's own cells only.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x16, i32x16, u32x16};
+use fearless_simd::{f32x16, i32x16, mask32x16, u8x64, u32x16};
 
-use crate::bricks::cells::{CELL_CORNERS, CELL_ROWS, CELLS, Scalars};
+use crate::bricks::cells::{
+    CELL_CORNERS, CELL_ROWS, CELL_SIDE, CELLS, Scalars, TABLE_LEN, VERTEX_SIDE,
+};
+use crate::field::settings::TileContext;
 use crate::field::walk::lists::{LANES, vertex};
 
 /// The values at the corners of each lane's cell, x fastest.
@@ -90,4 +93,51 @@ impl<S: Simd> Corners<S> {
 #[inline(always)]
 fn mix<S: Simd>(a: f32x16<S>, b: f32x16<S>, t: f32x16<S>) -> f32x16<S> {
     (b - a).mul_add(t, a)
+}
+
+/// The places of cells' first vertices.
+#[inline(always)]
+pub(crate) fn vertices<S: Simd>(simd: S, cell: u32x16<S>) -> u32x16<S> {
+    let constant = |v: u32| u32x16::splat(simd, v);
+    let rows = (cell >> 3) & constant(CELL_SIDE as u32 - 1);
+    let layers = cell >> 6;
+    cell + rows + layers * constant(2 * CELL_SIDE as u32 + 1)
+}
+
+/// Returns which cells may show something, by a bit for each cell of the brick.
+#[inline(always)]
+pub(crate) fn shown<S: Simd>(simd: S, bits: u8x64<S>, cell: u32x16<S>) -> mask32x16<S> {
+    let constant = |v: u32| u32x16::splat(simd, v);
+    // The lowest byte of each lane is looked up, the upper bytes are ignored.
+    let rows: u8x64<S> = (cell >> 3).bitcast();
+    let row: u32x16<S> = bits.swizzle_dyn(rows).bitcast();
+    let bit = row >> (cell & constant(7)) & constant(1);
+    bit.simd_eq(constant(1))
+}
+
+/// The samples whose nearest voxel the mask shows.
+#[inline(always)]
+pub(crate) fn unmasked<S: Simd>(
+    simd: S,
+    job: &TileContext,
+    cell: u32x16<S>,
+    share: [f32x16<S>; 3],
+) -> mask32x16<S> {
+    let Some(mask) = job.placed.brick.mask.as_deref() else {
+        return cell.simd_eq(cell);
+    };
+    let constant = |v: u32| u32x16::splat(simd, v);
+    let half = f32x16::splat(simd, 0.5);
+    let mut nearest = vertices(simd, cell);
+    let mut stride = 1;
+    for share in share {
+        nearest += share.simd_ge(half).select(constant(stride), constant(0));
+        stride *= VERTEX_SIDE as u32;
+    }
+    let nearest = nearest.to_array();
+    let mut kept = [0u32; LANES];
+    for lane in 0..LANES {
+        kept[lane] = u32::from(mask[(nearest[lane] as usize).min(TABLE_LEN - 1)]);
+    }
+    u32x16::from_slice(simd, &kept).simd_gt(constant(0))
 }

@@ -6,9 +6,9 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x8, f32x16, i32x8, i32x16, u32x8, u32x16};
 
-use crate::bricks::cells::FromDifferences;
-use crate::bricks::cells::{CELL_CORNERS, LAST_CELL};
-use crate::bricks::cells::{DifferenceTable, GradientTable, Gradients, SHIFTS};
+use crate::bricks::cells::{
+    CELL_CORNERS, DifferenceTable, FromDifferences, GradientTable, Gradients, LAST_CELL, SHIFTS,
+};
 use crate::field::walk::cell_sample::Located;
 use crate::slabs::view::LANES;
 
@@ -166,17 +166,13 @@ fn of_vectors<S: Simd>(
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
+    use glam::{DMat3, DVec3};
     use resample_core::dispatch;
     use resample_core::simd::SimdLevel;
 
-    use glam::DMat3;
-
     use super::*;
-    use crate::bricks::cells::{CELL_SIDE, VERTEX_SIDE};
-    use crate::bricks::cells::{differences, vectors};
-    use crate::grid::Bounds;
-    use crate::grid::gradient_from_differences;
+    use crate::bricks::cells::{CELL_SIDE, VERTEX_SIDE, differences, vectors};
+    use crate::grid::{Bounds, gradient_from_differences};
     use resample_volume::volume::Grid;
 
     /// Voxels along each side: a brick in the middle has neighbours on all sides, and the first one none on three.

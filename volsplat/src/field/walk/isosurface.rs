@@ -12,8 +12,7 @@ use fearless_simd_macros::simd;
 use resample_core::maps::TilePlane;
 
 use super::rays::Rays;
-use crate::field::settings::TileContext;
-use crate::field::settings::{AnchoredRays, IsoSettings};
+use crate::field::settings::{AnchoredRays, IsoSettings, TileContext};
 use crate::field::walk::cell_sample::{CellBox, Located, in_box_cells, interpolated, masked};
 use crate::field::walk::gradient::interpolated_gradient;
 use crate::field::walk::scratch::{FieldScratch, WeightedRow, Window, set_lanes};

@@ -7,8 +7,7 @@ use fearless_simd::f32x8;
 use fearless_simd::prelude::*;
 use resample_core::maps::TilePlane;
 
-use crate::field::settings::AnchoredRays;
-use crate::field::settings::TileContext;
+use crate::field::settings::{AnchoredRays, TileContext};
 use crate::field::walk::cell_sample::CellBox;
 use crate::slabs::view::{HalfRow, LANES};
 

@@ -16,8 +16,9 @@ use resample_core::composite::{DepthRule, opacity};
 
 use crate::bricks::cells::{CELL_SIDE, CELLS};
 use crate::field::settings::{AnchoredRays, TileContext};
-use crate::field::walk::cell_sample::{CellBox, Located, masked, places_of};
-use crate::field::walk::corners::Corners;
+use crate::field::walk::cell_sample::{CellBox, Located};
+use crate::field::walk::corners;
+use crate::field::walk::corners::{Corners, unmasked};
 use crate::field::walk::gradient::interpolated_gradient;
 use crate::field::walk::lists::{Found, LANE_NUMBERS, PAIR_LANES, Segment, SegmentList};
 use crate::field::walk::rays::Rays;
@@ -202,7 +203,8 @@ fn add_cell<S: Simd, const SHADED: bool>(
     let job = pair.job;
     let mut inside = part.inside;
     if job.placed.brick.mask.is_some() {
-        inside &= pair.masked(simd, part);
+        let middle = (part.near + part.far) * constant(0.5);
+        inside &= unmasked(simd, job, part.number, pair.share(simd, part, middle));
     }
     let count = job.settings.segments / scratch.segments.halves;
     let length = (part.far - part.near) * constant(1.0 / count as f32);
@@ -267,16 +269,12 @@ impl<'a, S: Simd> PairInBrick<'a, S> {
     /// The numbers of cells, and which of them may be seen.
     #[inline(always)]
     fn shown(&self, simd: S, [x, y, z]: [f32x16<S>; 3]) -> (u32x16<S>, mask32x16<S>) {
-        let constant = |v: u32| u32x16::splat(simd, v);
         let side = f32x16::splat(simd, CELL_SIDE as f32);
         let numbers = z.mul_add(side, y).mul_add(side, x).to_int::<i32x16<S>>();
         let cell: u32x16<S> = numbers.bitcast();
-        // The lowest byte of each lane is looked up, the upper bytes are ignored.
-        let rows: u8x64<S> = (cell >> 3).bitcast();
         let bits = u8x64::from_slice(simd, self.job.placed.brick.shown.rows());
-        let row: u32x16<S> = bits.swizzle_dyn(rows).bitcast();
-        let bit = row >> (cell & constant(7)) & constant(1);
-        (cell & constant(CELLS as u32 - 1), bit.simd_eq(constant(1)))
+        let number = cell & u32x16::splat(simd, CELLS as u32 - 1);
+        (number, corners::shown(simd, bits, cell))
     }
 
     /// Where rays are in their cells.
@@ -288,31 +286,6 @@ impl<'a, S: Simd> PairInBrick<'a, S> {
             *share = self.direction[axis].mul_add(t, self.start[axis] - corner);
         }
         share
-    }
-
-    /// The rays in parts of cells whose nearest voxel the mask shows, at the middle of each part.
-    #[inline(always)]
-    fn masked(&self, simd: S, part: &CellPart<S>) -> mask32x16<S> {
-        let middle = (part.near + part.far) * f32x16::splat(simd, 0.5);
-        let share = self.share(simd, part, middle);
-        let mut bits = 0;
-        for row in 0..2 {
-            let inside = part.inside.to_bitmask() >> (row * LANES) & ((1 << LANES) - 1);
-            let half = |v: f32x16<S>| {
-                let (above, below) = v.split();
-                [above, below][row]
-            };
-            let cell = [half(part.cell[0]), half(part.cell[1]), half(part.cell[2])];
-            let located = Located {
-                at: self.rows[row].at,
-                inside: mask32x8::from_bitmask(simd, inside),
-                places: places_of(simd, cell),
-                share: [half(share[0]), half(share[1]), half(share[2])],
-            };
-            let shown = masked(simd, self.job, &located).inside;
-            bits |= shown.to_bitmask() << (row * LANES);
-        }
-        mask32x16::from_bitmask(simd, bits)
     }
 }
 

@@ -17,11 +17,9 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 use resample_core::simd::Vectors;
 use resample_core::{Camera, GridView, Projection, dispatch};
-use resample_volume::volume::Grid;
-use resample_volume::volume::{Volume, with_voxels};
+use resample_volume::volume::{Grid, Volume, with_voxels};
 
-use crate::grid::gradient_from_differences;
-use crate::grid::place;
+use crate::grid::{gradient_from_differences, place};
 use crate::light::{GradientRamp, ShadeSettings, gradient_in_f32};
 use crate::paper::samples::sample::{Brick, Samples};
 

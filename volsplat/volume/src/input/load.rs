@@ -18,7 +18,7 @@ use crate::input::format::{Detected, Format};
 use crate::input::formats::{
     dicom, meta_image, mgh, nifti, npy, nrrd, picture_slices, raw, tiff_stack, vti, vtk, zarr,
 };
-use crate::input::options::{LoadOptions, refuse_superfluous, replaced_lattice, undecided};
+use crate::input::options::{LoadOptions, replaced_lattice};
 use crate::source::{VoxelSource, Watch};
 use crate::volume::{Lattice, NanPolicy, Volume, VoxelType, Voxels};
 
@@ -159,47 +159,70 @@ fn read(
     match format {
         Format::Nrrd => nrrd::load(path, components, gate),
         Format::MetaImage => meta_image::load(path, components, gate),
-        Format::Nifti => {
-            let choice = nifti::Choice {
-                components,
-                time: options.time,
-            };
-            nifti::load(path, choice, gate)
-        }
+        Format::Nifti => nifti::load(path, options, components),
         Format::Npy => npy::load(path),
         Format::Dicom => dicom::load(files, path, options.series.as_deref(), gate),
         Format::Tiff => tiff_stack::load(files, components, gate),
-        Format::Vti => {
-            let choice = vti::Choice {
-                array: options.array.as_deref(),
-                components,
-            };
-            vti::load(path, choice, gate)
-        }
-        Format::Vtk => {
-            let choice = vtk::Choice {
-                array: options.array.as_deref(),
-                components,
-            };
-            vtk::load(path, choice, gate)
-        }
+        Format::Vti => vti::load(path, options, components),
+        Format::Vtk => vtk::load(path, options, components),
         Format::Mgh => mgh::load(path, options.time, gate),
-        Format::Pictures => {
-            let choice = picture_slices::Choice {
-                components,
-                spacing: options.spacing,
-            };
-            picture_slices::load(files, path, choice, gate)
-        }
-        Format::Zarr => zarr::load(path, zarr_choice(options), components, gate),
+        Format::Pictures => picture_slices::load(files, path, options, components),
+        Format::Zarr => zarr::load(path, options, components),
     }
 }
 
-fn zarr_choice(options: &LoadOptions) -> zarr::Choice {
-    zarr::Choice {
-        level: options.level,
-        channel: options.component,
-        time: options.time,
+/// Options that mean nothing for the format are an error, because whoever typed them expects an effect.
+fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Result<(), Error> {
+    let has_components = matches!(
+        format,
+        Format::MetaImage
+            | Format::Nifti
+            | Format::Nrrd
+            | Format::Pictures
+            | Format::Tiff
+            | Format::Vti
+            | Format::Vtk
+            | Format::Zarr
+    );
+    let has_times = matches!(format, Format::Mgh | Format::Nifti | Format::Zarr);
+    let has_arrays = matches!(format, Format::Vti | Format::Vtk);
+    let given = [
+        ("component", options.component.is_some() && !has_components),
+        (
+            "series",
+            options.series.is_some() && format != Format::Dicom,
+        ),
+        ("array", options.array.is_some() && !has_arrays),
+        ("level", options.level.is_some() && format != Format::Zarr),
+        ("time", options.time.is_some() && !has_times),
+    ];
+    match given.iter().find(|(_, superfluous)| *superfluous) {
+        None => Ok(()),
+        Some((name, _)) => {
+            let (path, format) = (path.display(), format.name());
+            Err(Error::Option(format!(
+                "{path}: {name} does not apply to {format} files: leave it out"
+            )))
+        }
+    }
+}
+
+/// The error where the content and the options do not say how to read the file.
+fn undecided(path: &Path, detected: &Detected) -> Error {
+    let name = path.display();
+    match detected {
+        Detected::Known(format, _) => Error::Option(format!(
+            "{name}: this is a file of format {} and states its own size and type: leave out the layout of raw files",
+            format.name()
+        )),
+        Detected::NotRead(advice) => Error::Unsupported {
+            path: path.to_owned(),
+            what: format!("this is {advice}"),
+        },
+        Detected::Nothing => Error::Option(format!(
+            "{name}: no known header (the format is detected by the content): for a headerless file say its dimensions \
+             and its type, and where needed the byte order, the bytes to skip and the spacing"
+        )),
     }
 }
 
@@ -233,7 +256,7 @@ fn open_zarr(path: &Path, options: &LoadOptions) -> Result<Option<zarr::Opened>,
         return Ok(None);
     }
     refuse_superfluous(Format::Zarr, path, options)?;
-    zarr::open(path, zarr_choice(options)).map(Some)
+    zarr::open(path, options).map(Some)
 }
 
 fn checked_lattice(path: &Path, lattice: Lattice, options: &LoadOptions) -> Result<Lattice, Error> {

@@ -1,7 +1,7 @@
 //! Volume files: finds the format by the content and returns a checked volume.
 //!
 //! In the order in which data flow: opened files (`file`, `slices`, `data_files`); scalars (`decode`);
-//! one part for each format (`formats`), found by content (`format`); the user's `options`; `load` for a volume in
+//! the user's `options`; one part for each format (`formats`), found by content (`format`); `load` for a volume in
 //! memory or in its file; `colours` for voxels that are colours.
 //! Limits: one scalar per voxel, of colours and vectors one component; one volume per file. World coordinates stay as the format defines them.
 
@@ -9,19 +9,18 @@ mod file;
 mod slices;
 mod data_files;
 pub(crate) mod decode;
+mod options;
 pub(crate) mod formats;
 pub mod format;
-mod options;
 mod load;
 mod colours;
 
 pub use colours::{ColourVoxels, arrays_of, colours_of, load_colours};
 pub(crate) use file::{Parts, cannot_read, invalid, open, open_sized, unsupported_file};
 pub use format::{Format, format_of};
-pub use formats::raw::RawOptions;
 pub use formats::tiff_stack::pages_of;
 pub use load::{Unread, load, load_components, of_memory, open_unread, peek};
-pub use options::LoadOptions;
+pub use options::{LoadOptions, RawOptions};
 
 #[cfg(test)]
 mod test_files;

@@ -1,14 +1,10 @@
-//! Options of reading a volume file, and those that are refused.
-
-use std::path::Path;
+//! Options of reading a volume file.
 
 use glam::{DMat3, DVec3};
 use resample_io::Gate;
 
-use super::format::{Detected, Format};
 use crate::Error;
-use crate::input::formats::raw::RawOptions;
-use crate::volume::{Lattice, NanPolicy};
+use crate::volume::{Endian, Lattice, NanPolicy, VoxelType};
 
 /// Options of reading a volume file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -37,62 +33,44 @@ pub struct LoadOptions {
     pub gate: Gate,
 }
 
-/// Options that mean nothing for the format are an error, because whoever typed them expects an effect.
-pub(crate) fn refuse_superfluous(
-    format: Format,
-    path: &Path,
-    options: &LoadOptions,
-) -> Result<(), Error> {
-    let has_components = matches!(
-        format,
-        Format::MetaImage
-            | Format::Nifti
-            | Format::Nrrd
-            | Format::Pictures
-            | Format::Tiff
-            | Format::Vti
-            | Format::Vtk
-            | Format::Zarr
-    );
-    let has_times = matches!(format, Format::Mgh | Format::Nifti | Format::Zarr);
-    let has_arrays = matches!(format, Format::Vti | Format::Vtk);
-    let given = [
-        ("component", options.component.is_some() && !has_components),
-        (
-            "series",
-            options.series.is_some() && format != Format::Dicom,
-        ),
-        ("array", options.array.is_some() && !has_arrays),
-        ("level", options.level.is_some() && format != Format::Zarr),
-        ("time", options.time.is_some() && !has_times),
-    ];
-    match given.iter().find(|(_, superfluous)| *superfluous) {
-        None => Ok(()),
-        Some((name, _)) => {
-            let (path, format) = (path.display(), format.name());
-            Err(Error::Option(format!(
-                "{path}: {name} does not apply to {format} files: leave it out"
-            )))
-        }
-    }
+/// How a headerless file is laid out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RawOptions {
+    /// Number of voxels along x, y and z; x is fastest in the file.
+    pub dims: [usize; 3],
+    /// Type of one scalar.
+    pub voxel_type: VoxelType,
+    /// Byte order.
+    pub endian: Endian,
+    /// World distance between voxels along x, y and z, each above 0.
+    pub spacing: [f64; 3],
+    /// World position of the first voxel.
+    pub origin: [f64; 3],
+    /// Bytes before the first scalar.
+    pub skip_bytes: u64,
 }
 
-/// The error where the content and the options do not say how to read the file.
-pub(crate) fn undecided(path: &Path, detected: &Detected) -> Error {
-    let name = path.display();
-    match detected {
-        Detected::Known(format, _) => Error::Option(format!(
-            "{name}: this is a file of format {} and states its own size and type: leave out the layout of raw files",
-            format.name()
-        )),
-        Detected::NotRead(advice) => Error::Unsupported {
-            path: path.to_owned(),
-            what: format!("this is {advice}"),
-        },
-        Detected::Nothing => Error::Option(format!(
-            "{name}: no known header (the format is detected by the content): for a headerless file say its dimensions \
-             and its type, and where needed the byte order, the bytes to skip and the spacing"
-        )),
+impl RawOptions {
+    /// Little endian, spacing 1, origin 0, nothing skipped.
+    ///
+    /// ```
+    /// use resample_volume::{RawOptions, VoxelType};
+    ///
+    /// let raw = RawOptions {
+    ///     spacing: [1.0, 1.0, 2.5],
+    ///     ..RawOptions::new([256, 256, 109], VoxelType::U16)
+    /// };
+    /// assert_eq!(raw.skip_bytes, 0);
+    /// ```
+    pub fn new(dims: [usize; 3], voxel_type: VoxelType) -> Self {
+        Self {
+            dims,
+            voxel_type,
+            endian: Endian::Little,
+            spacing: [1.0; 3],
+            origin: [0.0; 3],
+            skip_bytes: 0,
+        }
     }
 }
 

@@ -198,12 +198,7 @@ impl Volume {
 
     /// World distance between neighbours along x, y and z, each above 0.
     pub fn spacing(&self) -> [f64; 3] {
-        let axes = self.world_from_index.matrix3;
-        [
-            axes.x_axis.length(),
-            axes.y_axis.length(),
-            axes.z_axis.length(),
-        ]
+        spacing(&self.world_from_index)
     }
 
     /// The least of [`Volume::spacing`]. An axis along which there is one voxel only counts like the others.
@@ -225,12 +220,7 @@ impl Volume {
 impl Lattice {
     /// World distance between neighbours along x, y and z, each above 0.
     pub fn spacing(&self) -> [f64; 3] {
-        let axes = self.world_from_index.matrix3;
-        [
-            axes.x_axis.length(),
-            axes.y_axis.length(),
-            axes.z_axis.length(),
-        ]
+        spacing(&self.world_from_index)
     }
 
     /// The least of [`Lattice::spacing`].
@@ -298,16 +288,12 @@ impl Voxels {
     pub fn replace_non_finite(&mut self, replacement: f64) -> Result<(), String> {
         match self {
             Self::F32(values) if (replacement as f32).is_finite() => {
-                values
-                    .iter_mut()
-                    .filter(|v| !v.is_finite())
-                    .for_each(|v| *v = replacement as f32);
+                let broken = values.iter_mut().filter(|v| !v.is_finite());
+                broken.for_each(|v| *v = replacement as f32);
             }
             Self::F64(values) if replacement.is_finite() => {
-                values
-                    .iter_mut()
-                    .filter(|v| !v.is_finite())
-                    .for_each(|v| *v = replacement);
+                let broken = values.iter_mut().filter(|v| !v.is_finite());
+                broken.for_each(|v| *v = replacement);
             }
             Self::F32(_) | Self::F64(_) => {
                 return Err(format!(
@@ -355,6 +341,12 @@ impl Voxels {
             .map(|first| first..(first + each).min(count))
             .collect()
     }
+}
+
+/// World distance between neighbours along each axis.
+fn spacing(world_from_index: &DAffine3) -> [f64; 3] {
+    let axes = world_from_index.matrix3;
+    [axes.x_axis, axes.y_axis, axes.z_axis].map(DVec3::length)
 }
 
 /// Number of voxels of a lattice; an error where a dimension is 0 or the product does not fit.

@@ -11,8 +11,7 @@ use serde_json::Value;
 
 use crate::look::options::Shading;
 use crate::look::transfer::files::curve;
-use crate::look::transfer::files::curve::Node;
-use crate::look::transfer::files::curve::{Knots, decoded};
+use crate::look::transfer::files::curve::{Knots, Node, decoded};
 use crate::look::transfer::{ColourEncoding, ColourKnot, OpacityKnot};
 
 /// Lines of a `.vp` file.

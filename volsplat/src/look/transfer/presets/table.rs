@@ -55,14 +55,29 @@ const CLAY: [f32; 3] = [0.62, 0.5, 0.4];
 const BLACK: [f32; 3] = [0.0; 3];
 const WHITE: [f32; 3] = [0.9; 3];
 
+/// A lit preset for CT.
+const CT: Entry = Entry {
+    name: "",
+    about: "",
+    scale: Hounsfield,
+    shading: Shading::Phong,
+    blend: Blend::Emission,
+    colours: &[],
+    opacities: &[],
+};
+/// A lit preset in shares of the range.
+const SHARES: Entry = Entry { scale: Share, ..CT };
+/// A lit preset in shares of the range above the background.
+const SIGNALS: Entry = Entry {
+    scale: Signal,
+    ..CT
+};
+
 /// All presets: those for CT, for MR, for microscopes, for simulations.
 pub(crate) const PRESETS: [Entry; 24] = [
     Entry {
         name: "ct",
         about: "a body: its skin as a veil, muscle and bone under it",
-        scale: Hounsfield,
-        shading: Shading::Phong,
-        blend: Blend::Emission,
         colours: &[
             (-400.0, SKIN),
             (-20.0, SKIN),
@@ -82,22 +97,18 @@ pub(crate) const PRESETS: [Entry; 24] = [
             (350.0, 0.7),
             (1000.0, 0.95),
         ],
+        ..CT
     },
     Entry {
         name: "ct-bone",
         about: "bone alone, ivory",
-        scale: Hounsfield,
-        shading: Shading::Phong,
-        blend: Blend::Emission,
         colours: &[(150.0, SPONGY), (500.0, BONE), (1800.0, ENAMEL)],
         opacities: &[(150.0, 0.0), (300.0, 0.25), (600.0, 0.8), (1200.0, 0.95)],
+        ..CT
     },
     Entry {
         name: "ct-soft-tissue",
         about: "muscle and organs under a veil of fat, bone behind them",
-        scale: Hounsfield,
-        shading: Shading::Phong,
-        blend: Blend::Emission,
         colours: &[
             (-120.0, FAT),
             (-30.0, FAT),
@@ -116,13 +127,11 @@ pub(crate) const PRESETS: [Entry; 24] = [
             (250.0, 0.5),
             (600.0, 0.9),
         ],
+        ..CT
     },
     Entry {
         name: "ct-muscle",
         about: "muscle and organs laid bare: no skin, no fat",
-        scale: Hounsfield,
-        shading: Shading::Phong,
-        blend: Blend::Emission,
         colours: &[
             (0.0, MUSCLE),
             (130.0, MUSCLE),
@@ -131,13 +140,11 @@ pub(crate) const PRESETS: [Entry; 24] = [
             (1800.0, ENAMEL),
         ],
         opacities: &[(-10.0, 0.0), (40.0, 0.5), (100.0, 0.9)],
+        ..CT
     },
     Entry {
         name: "ct-vessels",
         about: "vessels with contrast agent, red; bone as ivory",
-        scale: Hounsfield,
-        shading: Shading::Phong,
-        blend: Blend::Emission,
         colours: &[
             (120.0, BLOOD),
             (350.0, BLOOD),
@@ -145,15 +152,14 @@ pub(crate) const PRESETS: [Entry; 24] = [
             (1800.0, ENAMEL),
         ],
         opacities: &[(120.0, 0.0), (180.0, 0.15), (300.0, 0.6), (600.0, 0.7)],
+        ..CT
     },
     Entry {
         name: "ct-skin",
         about: "the surface of the body",
-        scale: Hounsfield,
-        shading: Shading::Phong,
-        blend: Blend::Emission,
         colours: &[(-400.0, SKIN), (100.0, SKIN), (400.0, BONE)],
         opacities: &[(-450.0, 0.0), (-250.0, 0.35), (-100.0, 0.9)],
+        ..CT
     },
     Entry {
         name: "ct-lung",
@@ -181,11 +187,9 @@ pub(crate) const PRESETS: [Entry; 24] = [
     Entry {
         name: "ct-airways",
         about: "the walls of all that holds air, as of glass: airways, sinuses, skin",
-        scale: Hounsfield,
-        shading: Shading::Phong,
-        blend: Blend::Emission,
         colours: &[(-900.0, [0.25, 0.55, 0.8]), (-300.0, [0.8, 0.85, 0.9])],
         opacities: &[(-850.0, 0.0), (-600.0, 0.06), (-400.0, 0.06), (-250.0, 0.0)],
+        ..CT
     },
     Entry {
         name: "ct-mip",
@@ -208,29 +212,23 @@ pub(crate) const PRESETS: [Entry; 24] = [
     Entry {
         name: "scan",
         about: "a scan in no unit, MR or CT: what is bright, from skin to bone",
-        scale: Signal,
-        shading: Shading::Phong,
-        blend: Blend::Emission,
         colours: &[(0.0, MUSCLE), (0.2, SKIN), (0.55, BRAIN), (1.0, ENAMEL)],
         opacities: &[(0.0, 0.0), (0.15, 0.06), (0.4, 0.3), (1.0, 0.8)],
+        ..SIGNALS
     },
     Entry {
         name: "mr-head",
         about: "a head in MR: skin and brain",
-        scale: Share,
-        shading: Shading::Phong,
-        blend: Blend::Emission,
         colours: &[(0.1, MUSCLE), (0.3, SKIN), (0.6, BRAIN), (1.0, ENAMEL)],
         opacities: &[(0.12, 0.0), (0.25, 0.06), (0.5, 0.3), (1.0, 0.8)],
+        ..SHARES
     },
     Entry {
         name: "mr-brain",
         about: "a brain without its skull, as a surface",
-        scale: Signal,
-        shading: Shading::Phong,
-        blend: Blend::Emission,
         colours: &[(0.0, [0.5, 0.3, 0.25]), (0.5, BRAIN), (1.0, ENAMEL)],
         opacities: &[(0.05, 0.0), (0.3, 0.35), (0.6, 0.9)],
+        ..SIGNALS
     },
     Entry {
         name: "mr-angio",
@@ -244,11 +242,9 @@ pub(crate) const PRESETS: [Entry; 24] = [
     Entry {
         name: "mr-vessels",
         about: "the brightest vessels, red and lit",
-        scale: Share,
-        shading: Shading::Phong,
-        blend: Blend::Emission,
         colours: &[(0.3, MUSCLE), (0.6, BLOOD), (1.0, [0.9, 0.25, 0.15])],
         opacities: &[(0.35, 0.0), (0.55, 0.3), (0.8, 0.9)],
+        ..SHARES
     },
     Entry {
         name: "green-channel",
@@ -301,11 +297,9 @@ pub(crate) const PRESETS: [Entry; 24] = [
     Entry {
         name: "solid",
         about: "all that is no background, as one lit body of clay",
-        scale: Signal,
-        shading: Shading::Phong,
-        blend: Blend::Emission,
         colours: &[(0.0, CLAY), (1.0, CLAY)],
         opacities: &[(0.0, 0.0), (0.2, 0.9)],
+        ..SIGNALS
     },
     Entry {
         name: "flame",
@@ -334,9 +328,6 @@ pub(crate) const PRESETS: [Entry; 24] = [
     Entry {
         name: "extremes",
         about: "signed fields such as vorticity: both ends, blue and red; the middle is clear",
-        scale: Share,
-        shading: Shading::Phong,
-        blend: Blend::Emission,
         colours: &[
             (0.0, [0.02, 0.12, 0.7]),
             (0.35, [0.35, 0.55, 0.85]),
@@ -351,13 +342,11 @@ pub(crate) const PRESETS: [Entry; 24] = [
             (0.7, 0.05),
             (1.0, 0.8),
         ],
+        ..SHARES
     },
     Entry {
         name: "shells",
         about: "thin shells of equal value, violet to yellow",
-        scale: Share,
-        shading: Shading::Phong,
-        blend: Blend::Emission,
         colours: &[
             (0.1, [0.12, 0.02, 0.35]),
             (0.3, [0.05, 0.25, 0.6]),
@@ -381,5 +370,6 @@ pub(crate) const PRESETS: [Entry; 24] = [
             (0.92, 0.0),
             (0.95, 0.9),
         ],
+        ..SHARES
     },
 ];

@@ -19,10 +19,9 @@ use resample_io::Gate;
 
 use crate::Error;
 use crate::input::data_files::DataFiles;
-use crate::input::decode::Layout;
-use crate::input::decode::component;
 use crate::input::decode::component::Interleaved;
 use crate::input::decode::stored::Located;
+use crate::input::decode::{Layout, component};
 use crate::input::file::{Fault, Lines, excerpt, unsupported};
 use crate::input::{Parts, decode, invalid, open, open_sized};
 use crate::volume::{Endian, Lattice, VoxelType, Voxels, voxel_count};

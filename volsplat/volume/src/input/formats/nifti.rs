@@ -20,6 +20,7 @@ use crate::input::decode::rescale::Rescale;
 use crate::input::decode::stored::Stream;
 use crate::input::decode::{Layout, component};
 use crate::input::file::{Fault, unsupported};
+use crate::input::options::LoadOptions;
 use crate::input::{Parts, decode, invalid};
 use crate::volume::{Endian, Lattice, VoxelType, Voxels, voxel_count};
 
@@ -34,26 +35,22 @@ pub(crate) fn header_beside(path: &Path) -> Option<PathBuf> {
     candidates.into_iter().find(|candidate| candidate.is_file())
 }
 
-/// The volume to read out of several.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Choice<'a> {
-    /// Components of a vector or a colour, counted from 0.
-    pub(crate) components: &'a [usize],
-    /// Point in time, counted from 0.
-    pub(crate) time: Option<usize>,
-}
-
 /// How many colours a voxel has; `None` where it is a number.
 pub(crate) fn colours(path: &Path) -> Result<Option<usize>, Error> {
     let header = read(&mut Stream::open(path)?.bytes).map_err(|fault| fault.at(path))?;
     Ok(Some(header.colours()).filter(|&colours| colours > 1))
 }
 
-pub(crate) fn load(path: &Path, choice: Choice, gate: &Gate) -> Result<Parts, Error> {
+pub(crate) fn load(
+    path: &Path,
+    options: &LoadOptions,
+    components: &[usize],
+) -> Result<Parts, Error> {
+    let gate = &options.gate;
     let mut stream = Stream::open(path)?;
     let header = read(&mut stream.bytes).map_err(|fault| fault.at(path))?;
-    let chosen = Chosen::of(&header, choice).map_err(|fault| fault.at(path))?;
-    if let Some(remark) = chosen.remark(path, choice) {
+    let chosen = Chosen::of(&header, components, options.time).map_err(|fault| fault.at(path))?;
+    if let Some(remark) = chosen.remark(path, options.time) {
         gate.remark(remark);
     }
     let dims = chosen.shape.dims;
@@ -100,19 +97,19 @@ struct Chosen {
 }
 
 impl Chosen {
-    fn of(header: &Header, choice: Choice) -> Result<Self, Fault> {
+    fn of(header: &Header, components: &[usize], time: Option<usize>) -> Result<Self, Fault> {
         let shape = header.shape()?;
         let colours = header.colours();
         let vector_or_colour = match (shape.vectors, colours) {
-            (1, colours) => component::chosen(choice.components, colours)?,
-            (vectors, 1) => component::chosen(choice.components, vectors)?,
+            (1, colours) => component::chosen(components, colours)?,
+            (vectors, 1) => component::chosen(components, vectors)?,
             (vectors, _) => {
                 return Err(unsupported(format!(
                     "vectors of {vectors} colours: save one of them as a volume first"
                 )));
             }
         };
-        let time = choice.time.unwrap_or(0);
+        let time = time.unwrap_or(0);
         if time >= shape.times {
             return Err(Fault::Option(format!(
                 "time={time}: the file holds {} point(s) in time, counted from 0",
@@ -144,9 +141,9 @@ impl Chosen {
     }
 
     /// The note where nobody chose among several.
-    fn remark(&self, path: &Path, choice: Choice) -> Option<String> {
+    fn remark(&self, path: &Path, time: Option<usize>) -> Option<String> {
         let (times, name) = (self.shape.times, path.display());
-        (times > 1 && choice.time.is_none()).then(|| {
+        (times > 1 && time.is_none()).then(|| {
             format!("{name}: holds {times} volumes over time, the first is read: {name}#time=N names another, from 0 on")
         })
     }

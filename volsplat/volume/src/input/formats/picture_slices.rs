@@ -16,6 +16,7 @@ use crate::Error;
 use crate::input::decode;
 use crate::input::decode::component;
 use crate::input::file::{Parts, invalid};
+use crate::input::options::LoadOptions;
 use crate::volume::{Lattice, Voxels};
 
 /// Bytes of a pixel while a slice is read: its number and its colours.
@@ -32,15 +33,6 @@ pub(crate) fn begins(head: &[u8]) -> bool {
     head.starts_with(b"\x89PNG\r\n\x1a\n") || head.starts_with(b"\xff\xd8\xff")
 }
 
-/// The options of the caller.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Choice<'a> {
-    /// The components to read: red, green or blue; without any, the brightness.
-    pub(crate) components: &'a [usize],
-    /// Distance between voxels.
-    pub(crate) spacing: Option<[f64; 3]>,
-}
-
 /// How many colours a pixel of the middle slice has; `None` where it is grey or cannot be read, or where the slices do not fit
 /// the memory.
 pub(crate) fn colours(files: &[PathBuf], gate: &Gate) -> Option<usize> {
@@ -51,13 +43,14 @@ pub(crate) fn colours(files: &[PathBuf], gate: &Gate) -> Option<usize> {
     is_colour.then_some(3)
 }
 
-/// Reads the slices; errors and notes name `path`, the folder or pattern.
+/// Reads the slices: the chosen of red, green and blue, or the brightness. Errors and notes name `path`, the folder or pattern.
 pub(crate) fn load(
     files: &[PathBuf],
     path: &Path,
-    choice: Choice,
-    gate: &Gate,
+    options: &LoadOptions,
+    components: &[usize],
 ) -> Result<Parts, Error> {
+    let gate = &options.gate;
     let first = files.first().ok_or_else(|| invalid(path, "no slices"))?;
     let [width, height] = size(first)?;
     for file in files {
@@ -73,24 +66,24 @@ pub(crate) fn load(
         gate.note(file);
     }
     ask([width, height], files.len(), gate).map_err(|what| invalid(path, what))?;
-    let slices = files.par_iter().map(|file| slice(file, choice.components));
+    let slices = files.par_iter().map(|file| slice(file, components));
     let mut slices = slices.collect::<Result<Vec<Slice>, Error>>()?;
     let is_colour = slices.iter().any(|slice| slice.is_colour);
     if is_colour {
         widen(&mut slices);
     }
-    match choice.components {
+    match components {
         [] if is_colour => gate.remark(format!(
             "{}: slices in colour are read by their brightness",
             path.display()
         )),
         [] => {}
         chosen => {
-            let components = if is_colour { COLOURS } else { 1 };
-            component::chosen(chosen, components).map_err(|fault| fault.at(path))?;
+            let held = if is_colour { COLOURS } else { 1 };
+            component::chosen(chosen, held).map_err(|fault| fault.at(path))?;
         }
     }
-    if choice.spacing.is_none() {
+    if options.spacing.is_none() {
         gate.remark(format!(
             "{}: {} slices in the natural order of their names, with a spacing of 1: --spacing X,Y,Z says another",
             path.display(),

@@ -6,52 +6,11 @@
 use std::path::Path;
 
 use crate::Error;
-use crate::input::decode;
 use crate::input::decode::Layout;
 use crate::input::decode::stored::Located;
-use crate::input::{Parts, cannot_read, invalid, open, open_sized};
-use crate::volume::{Endian, Lattice, VoxelType, voxel_count};
-
-/// How a headerless file is laid out.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RawOptions {
-    /// Number of voxels along x, y and z; x is fastest in the file.
-    pub dims: [usize; 3],
-    /// Type of one scalar.
-    pub voxel_type: VoxelType,
-    /// Byte order.
-    pub endian: Endian,
-    /// World distance between voxels along x, y and z, each above 0.
-    pub spacing: [f64; 3],
-    /// World position of the first voxel.
-    pub origin: [f64; 3],
-    /// Bytes before the first scalar.
-    pub skip_bytes: u64,
-}
-
-impl RawOptions {
-    /// Little endian, spacing 1, origin 0, nothing skipped.
-    ///
-    /// ```
-    /// use resample_volume::{RawOptions, VoxelType};
-    ///
-    /// let raw = RawOptions {
-    ///     spacing: [1.0, 1.0, 2.5],
-    ///     ..RawOptions::new([256, 256, 109], VoxelType::U16)
-    /// };
-    /// assert_eq!(raw.skip_bytes, 0);
-    /// ```
-    pub fn new(dims: [usize; 3], voxel_type: VoxelType) -> Self {
-        Self {
-            dims,
-            voxel_type,
-            endian: Endian::Little,
-            spacing: [1.0; 3],
-            origin: [0.0; 3],
-            skip_bytes: 0,
-        }
-    }
-}
+use crate::input::options::RawOptions;
+use crate::input::{Parts, cannot_read, decode, invalid, open, open_sized};
+use crate::volume::{Lattice, voxel_count};
 
 /// Where the voxels lie, with the size of the file checked.
 pub(crate) fn locate(path: &Path, options: &RawOptions) -> Result<Located, Error> {

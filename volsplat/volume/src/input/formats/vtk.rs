@@ -10,7 +10,6 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3};
-use resample_io::Gate;
 
 use crate::Error;
 use crate::input::decode;
@@ -18,19 +17,11 @@ use crate::input::decode::component::Interleaved;
 use crate::input::decode::{Layout, component};
 use crate::input::file::{Fault, Lines, Parts, excerpt, open_sized, unsupported};
 use crate::input::formats::vti::{CELLS_REMARK, others_remark};
+use crate::input::options::LoadOptions;
 use crate::volume::{Endian, Lattice, VoxelType, Voxels, voxel_count};
 
 /// The first bytes of every file.
 pub(crate) const MAGIC: &[u8] = b"# vtk DataFile";
-
-/// The caller's choice.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Choice<'a> {
-    /// Name of the array.
-    pub(crate) array: Option<&'a str>,
-    /// Components of each value, counted from 0.
-    pub(crate) components: &'a [usize],
-}
 
 /// How many colours a value of the array has; `None` where it is no colour.
 pub(crate) fn colours(path: &Path, array: Option<&str>) -> Result<Option<usize>, Error> {
@@ -53,18 +44,22 @@ pub(crate) fn array_names(path: &Path) -> Result<Vec<String>, Error> {
     Ok(Arrays::new(&mut bytes, held, head.is_binary).names())
 }
 
-pub(crate) fn load(path: &Path, choice: Choice, gate: &Gate) -> Result<Parts, Error> {
+pub(crate) fn load(
+    path: &Path,
+    options: &LoadOptions,
+    components: &[usize],
+) -> Result<Parts, Error> {
     let (file, held) = open_sized(path)?;
     let mut bytes = BufReader::new(file);
     let read = || -> Result<(Parts, Vec<String>), Fault> {
         let head = Head::read(&mut bytes)?;
         let arrays = Arrays::new(&mut bytes, held, head.is_binary);
-        read(&head, arrays, choice, gate)
+        read(&head, arrays, options, components)
     };
     let (parts, remarks) = { read }().map_err(|fault| fault.at(path))?;
     let name = path.display();
     for remark in remarks {
-        gate.remark(format!("{name}: {remark}"));
+        options.gate.remark(format!("{name}: {remark}"));
     }
     Ok(parts)
 }
@@ -73,11 +68,11 @@ pub(crate) fn load(path: &Path, choice: Choice, gate: &Gate) -> Result<Parts, Er
 fn read(
     head: &Head,
     mut arrays: Arrays,
-    choice: Choice,
-    gate: &Gate,
+    options: &LoadOptions,
+    components: &[usize],
 ) -> Result<(Parts, Vec<String>), Fault> {
-    let array = arrays.find(choice.array)?;
-    let chosen = component::chosen(choice.components, array.components)?;
+    let array = arrays.find(options.array.as_deref())?;
+    let chosen = component::chosen(components, array.components)?;
     let (dims, first) = head.grid(array.centring);
     let layout = Layout {
         voxel_type: array.voxel_type,
@@ -93,13 +88,13 @@ fn read(
             layout.count
         )));
     }
-    gate.ask(layout.bytes()?, "the voxels")?;
+    options.gate.ask(layout.bytes()?, "the voxels")?;
     let voxels = arrays.values(&array, &layout, chosen)?;
     let mut remarks = Vec::new();
     if array.centring == Centring::Cells {
         remarks.push(CELLS_REMARK.to_owned());
     }
-    if choice.array.is_none() {
+    if options.array.is_none() {
         remarks.extend(others_remark(&array.name, &arrays.names()));
     }
     let axes = DMat3::from_diagonal(head.spacing);

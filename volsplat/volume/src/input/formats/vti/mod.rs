@@ -17,14 +17,12 @@ use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::{io, vec};
 
-use resample_io::Gate;
-
 use crate::Error;
-use crate::input::decode::Layout;
-use crate::input::decode::component;
 use crate::input::decode::component::Interleaved;
+use crate::input::decode::{Layout, component};
 use crate::input::file::{Fault, excerpt};
 use crate::input::formats::vti::head::{Image, Packing, Source, Text};
+use crate::input::options::LoadOptions;
 use crate::input::{Parts, decode, open_sized};
 use crate::volume::{Endian, Lattice, VoxelType, Voxels, voxel_count};
 
@@ -51,15 +49,6 @@ pub(crate) fn others_remark(read: &str, arrays: &[String]) -> Option<String> {
     })
 }
 
-/// The caller's choice.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Choice<'a> {
-    /// Name of the array.
-    pub(crate) array: Option<&'a str>,
-    /// Components of each value, counted from 0.
-    pub(crate) components: &'a [usize],
-}
-
 /// Returns true if a file that begins with `head` is XML of VTK, of any kind of data.
 pub(crate) fn begins(head: &[u8]) -> bool {
     let head = head
@@ -69,9 +58,13 @@ pub(crate) fn begins(head: &[u8]) -> bool {
     head.starts_with(b"<") && head.windows(8).any(|window| window == b"<VTKFile")
 }
 
-pub(crate) fn load(path: &Path, choice: Choice, gate: &Gate) -> Result<Parts, Error> {
+pub(crate) fn load(
+    path: &Path,
+    options: &LoadOptions,
+    components: &[usize],
+) -> Result<Parts, Error> {
     let (mut file, held) = open_sized(path)?;
-    read(&mut file, held, choice, gate).map_err(|fault| fault.at(path))
+    read(&mut file, held, options, components).map_err(|fault| fault.at(path))
 }
 
 /// How many bytes of colour a voxel has; `None` where it is a number.
@@ -91,15 +84,21 @@ pub(crate) fn array_names(path: &Path) -> Result<Vec<String>, Error> {
         .map_err(|fault| fault.at(path))
 }
 
-fn read(file: &mut File, held: u64, choice: Choice, gate: &Gate) -> Result<Parts, Fault> {
+fn read(
+    file: &mut File,
+    held: u64,
+    options: &LoadOptions,
+    components: &[usize],
+) -> Result<Parts, Fault> {
+    let gate = &options.gate;
     let text = XmlText::read(file)?;
-    let image = head::parse(&text.xml, choice.array)?;
-    let chosen = component::chosen(choice.components, image.components)?;
+    let image = head::parse(&text.xml, options.array.as_deref())?;
+    let chosen = component::chosen(components, image.components)?;
     gate.ask_unpacked(bytes(&image)?, held, "the voxels")?;
     if image.is_of_cells {
         gate.remark(CELLS_REMARK.to_owned());
     }
-    if choice.array.is_none() {
+    if options.array.is_none() {
         others_remark(&image.array, &image.arrays)
             .into_iter()
             .for_each(|remark| gate.remark(remark));

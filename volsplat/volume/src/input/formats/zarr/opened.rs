@@ -15,19 +15,9 @@ use crate::input::file::{Fault, unsupported};
 use crate::input::formats::zarr::array::{Array, json};
 use crate::input::formats::zarr::codecs::{PlaceIn, Span, copy_box, len};
 use crate::input::formats::zarr::{array, codecs};
+use crate::input::options::LoadOptions;
 use crate::input::{Parts, cannot_read, decode, invalid, unsupported_file};
 use crate::volume::{Lattice, VoxelType, Voxels};
-
-/// The caller's choice of an image.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Choice {
-    /// The level, 0 being the finest.
-    pub(crate) level: Option<usize>,
-    /// The channel.
-    pub(crate) channel: Option<usize>,
-    /// The point in time.
-    pub(crate) time: Option<usize>,
-}
 
 /// Files whose presence makes a folder a Zarr store.
 const MARKS: [&str; 4] = ["zarr.json", ".zarray", ".zgroup", ".zattrs"];
@@ -63,17 +53,19 @@ impl Opened {
     }
 }
 
-/// Reads all voxels of some channels, or of the choice's own.
+/// Reads all voxels of some channels, or of the only one.
 pub(crate) fn load(
     folder: &Path,
-    choice: Choice,
+    options: &LoadOptions,
     channels: &[usize],
-    gate: &Gate,
 ) -> Result<Parts, Error> {
-    let opened = open(folder, choice)?;
+    let opened = open(folder, options)?;
     let spans_of = |&channel: &usize| {
-        let channel = Some(channel);
-        Ok(open(folder, Choice { channel, ..choice })?.spans)
+        let options = LoadOptions {
+            component: Some(channel),
+            ..options.clone()
+        };
+        Ok(open(folder, &options)?.spans)
     };
     let spans: Vec<Vec<Span>> = match channels {
         [] => vec![opened.spans],
@@ -83,15 +75,15 @@ pub(crate) fn load(
             .collect::<Result<_, Error>>()?,
     };
     Ok(Parts {
-        voxels: voxels(&opened.folder, &opened.array, &spans, gate)?,
+        voxels: voxels(&opened.folder, &opened.array, &spans, &options.gate)?,
         lattice: opened.lattice,
     })
 }
 
 /// Reads the metadata.
-pub(crate) fn open(folder: &Path, choice: Choice) -> Result<Opened, Error> {
+pub(crate) fn open(folder: &Path, options: &LoadOptions) -> Result<Opened, Error> {
     let image = read(folder)?;
-    let level = choice.level.unwrap_or(0);
+    let level = options.level.unwrap_or(0);
     let Some(dataset) = image.datasets.get(level) else {
         let held = image.datasets.len();
         return Err(Error::Option(format!(
@@ -101,7 +93,7 @@ pub(crate) fn open(folder: &Path, choice: Choice) -> Result<Opened, Error> {
     };
     let path = dataset.folder(folder);
     let array = array::read(&path)?;
-    let spans = selected(&image, &array, choice).map_err(|fault| fault.at(folder))?;
+    let spans = selected(&image, &array, options).map_err(|fault| fault.at(folder))?;
     let spatial = spatial_axes(&image, array.shape.len());
     let mut dims = [1; 3];
     let (mut spacing, mut origin) = ([1.0; 3], [0.0; 3]);
@@ -138,7 +130,7 @@ fn spatial_axes(image: &Image, count: usize) -> Vec<usize> {
 }
 
 /// The part of each axis that is read.
-fn selected(image: &Image, array: &Array, choice: Choice) -> Result<Vec<Span>, Fault> {
+fn selected(image: &Image, array: &Array, options: &LoadOptions) -> Result<Vec<Span>, Fault> {
     let count = array.shape.len();
     let spatial = spatial_axes(image, count).len();
     if !(1..=3).contains(&spatial) {
@@ -170,16 +162,16 @@ fn selected(image: &Image, array: &Array, choice: Choice) -> Result<Vec<Span>, F
             first: 0,
             size: array.shape[axis],
         }),
-        AxisKind::Channel => one("component", "channel", choice.channel, array.shape[axis]),
-        AxisKind::Time => one("time", "point in time", choice.time, array.shape[axis]),
+        AxisKind::Channel => one("component", "channel", options.component, array.shape[axis]),
+        AxisKind::Time => one("time", "point in time", options.time, array.shape[axis]),
     };
     let has = |kind: AxisKind| (0..count).any(|axis| image.kind(axis, count) == kind);
-    if choice.time.is_some() && !has(AxisKind::Time) {
+    if options.time.is_some() && !has(AxisKind::Time) {
         return Err(Fault::Option(
             "time does not apply to an image without an axis of time: leave it out".to_owned(),
         ));
     }
-    if choice.channel.is_some_and(|channel| channel > 0) && !has(AxisKind::Channel) {
+    if options.component.is_some_and(|channel| channel > 0) && !has(AxisKind::Channel) {
         return Err(Fault::Option(
             "component: the image has one channel only".to_owned(),
         ));
