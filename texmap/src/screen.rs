@@ -1,5 +1,7 @@
-//! Tiles: their size with the border that the filter needs, and the part of a picture that is drawn.
+//! Sizes and numbers on the screen that every stage shares: tiles with the border that the filter needs, the part of a picture that is
+//! drawn, functions that are linear on the screen, and vectors of sub-pixels.
 
+use glam::DVec3;
 use resample_core::Camera;
 use resample_core::tile::{TILE_PX, TileGrid};
 
@@ -102,3 +104,37 @@ impl Window {
         (&tiles[first..first + self.count[0]], y % TILE_HEIGHT)
     }
 }
+
+/// A plane over the tile: value = `[0]` x + `[1]` y + `[2]`, x and y in px from the corner of the tile's border.
+pub(crate) type Plane = [f32; 3];
+
+/// A plane of the screen as one of the tile whose border's corner is at `corner_px`, in f64.
+#[inline]
+pub(crate) fn moved(plane: DVec3, corner_px: [f64; 2]) -> DVec3 {
+    DVec3::new(
+        plane.x,
+        plane.y,
+        plane.x * corner_px[0] + plane.y * corner_px[1] + plane.z,
+    )
+}
+
+#[inline]
+pub(crate) fn narrow(plane: DVec3) -> Plane {
+    plane.to_array().map(|v| v as f32)
+}
+
+#[inline(always)]
+pub(crate) fn value(plane: &Plane, at: [f32; 2]) -> f32 {
+    plane[0] * at[0] + plane[1] * at[1] + plane[2]
+}
+
+/// Sub-pixels that are computed together.
+pub(crate) const LANES: usize = 16;
+
+/// A number for each of them.
+pub(crate) type Lanes = [f32; LANES];
+
+/// The number of each lane.
+pub(crate) const IOTA: Lanes = [
+    0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0,
+];

@@ -1,17 +1,90 @@
-//! Look-ups of a texture at one pixel: filtered as renderers usually do, or its texels as plain points.
+//! Texture mapping by one look-up a triangle and pixel: the paper's points, and backward methods for comparison.
 //!
-//! Nearest, bilinear, trilinear as OpenGL specifies them; EWA in a mip pyramid as Heckbert (1989) describes it and
-//! renderers carry it out: the ellipse of one pixel, widened by a texel, at most 16 times longer than wide, in the two
-//! levels whose texels are beside the ellipse's shorter axis.
+//! Textures are looked up once for each triangle of a pixel, which counts by its coverage. Pixels with something translucent are left to
+//! sub-pixels. The default method uses nothing of this.
 
+use glam::Vec4;
 use resample_core::simd::Vectors;
 
 use crate::options::Method;
-use crate::texture::ellipse::TexelEllipse;
-use crate::texture::ellipse::{Gathered, PixelOnTexture};
+use crate::screen::TILE_WIDTH;
+use crate::texture::ellipse::{Gathered, PixelOnTexture, TexelEllipse};
 use crate::texture::lookup::{nearest, reconstructed, trilinear};
 use crate::texture::points::{covariance_with, gather_by_pixel, gather_minified};
-use crate::tile::pixel_textures::Gather;
+use crate::tile::light::LightBatch;
+use crate::tile::points::{DirectPixels, Gather, PixelLookUps, pixel_colour, pixel_sample};
+use crate::tile::task::{Tile, centre_px};
+use crate::tile::visible::{Cell, Cells, Visible};
+use crate::visibility::edges::Edges;
+use crate::visibility::fragments::{Fragment, Fragments};
+
+/// The stage that takes the place of points in a method; `None` in the default one.
+pub(crate) fn pixel_look_ups(method: Method) -> Option<PixelLookUps> {
+    (method != Method::Hybrid).then_some(look_up)
+}
+
+/// Looks the texture up for each triangle of each pixel; leaves pixels with something translucent to sub-pixels.
+fn look_up<'a>(
+    tile: &Tile,
+    (visible, cells, edges): (&Visible, &Cells, &Edges),
+    direct: &'a mut DirectPixels,
+) -> &'a DirectPixels {
+    let method = tile.frame.options.method;
+    let gather = gather_of(method);
+    let seen_by = (tile.frame.filter, tile.frame.simd);
+    let mut texels = 0;
+    let mut light = LightBatch::default();
+    let (mut by_row, mut fragments) = (Fragments::default(), Vec::new());
+    direct.fill(cells, |rgba, pixel, cell| {
+        match cell {
+            Cell::Layered => return false,
+            Cell::Plane(id) => {
+                fragments.clear();
+                fragments.push(Fragment {
+                    id,
+                    weight: 1.0,
+                    at: centre_px(pixel),
+                });
+            }
+            _ => {
+                let shown = (&visible.subpixels.ids[..], edges);
+                by_row.collect(seen_by, shown, pixel, &mut fragments);
+            }
+        }
+        let place = pixel[1] * TILE_WIDTH + pixel[0];
+        let mut sum = Vec4::ZERO;
+        for fragment in &fragments {
+            let Some(surface) = &visible.surfaces[fragment.id as usize] else {
+                continue;
+            };
+            if surface.maps.is_some() {
+                let gather = (tile, Some(gather));
+                if let Some(sample) = pixel_sample(gather, surface, fragment.at, &mut texels) {
+                    light.add(tile, (place, fragment.weight), &sample, rgba);
+                }
+                continue;
+            }
+            // Where no texel is near, as between the points of a magnified texture, nothing is seen.
+            let colour = pixel_colour((tile, gather), surface, fragment.at, &mut texels)
+                .unwrap_or(Vec4::ZERO);
+            sum += fragment.weight * colour;
+        }
+        rgba[place] = (Vec4::from(rgba[place]) + sum).to_array();
+        true
+    });
+    light.finish(tile, &mut direct.rgba);
+    match method {
+        Method::Point => direct.points = texels,
+        _ => direct.looked_up = texels,
+    }
+    direct
+}
+
+// Look-ups of a texture at one pixel: filtered as renderers usually do, or its texels as plain points.
+//
+// Nearest, bilinear, trilinear as OpenGL specifies them; EWA in a mip pyramid as Heckbert (1989) describes it and
+// renderers carry it out: the ellipse of one pixel, widened by a texel, at most 16 times longer than wide, in the two
+// levels whose texels are beside the ellipse's shorter axis.
 
 /// How much longer than wide an ellipse may be.
 const MAX_ANISOTROPY: f32 = 16.0;
@@ -23,7 +96,7 @@ const EWA_CUT: f32 = 2.0;
 const WIDENED: f32 = 0.25;
 
 /// The look-up of a method.
-pub(super) fn gather_of(method: Method) -> Gather {
+fn gather_of(method: Method) -> Gather {
     match method {
         Method::Hybrid => gather_minified,
         Method::Point => gather_points,
