@@ -8,8 +8,8 @@ use std::io::Cursor;
 
 use glam::{DVec3, Vec3};
 
-use super::notes::Notes;
-use crate::input::finish::origin;
+use crate::input::finish;
+use crate::input::options::Notes;
 use crate::scene::{Material, Mesh, Scene, Sides};
 
 /// Bytes before the triangles of a binary file: a free text and a count.
@@ -139,7 +139,7 @@ pub(super) fn load(bytes: &[u8], notes: &mut Notes) -> Result<Scene, String> {
         }],
         ..Scene::default()
     };
-    origin::place(&mut scene, &[positions.collect()]);
+    finish::set_origin(&mut scene, &[positions.collect()]);
     Ok(scene)
 }
 

@@ -11,11 +11,10 @@ use glam::{DQuat, DVec3, DVec4};
 use gltf::json::accessor::{ComponentType, Type};
 use serde_json::Value;
 
-use crate::input::choice::Pose;
 use crate::input::files::excerpt;
 use crate::input::gltf::accessor::{Integers, Numbers, Use};
 use crate::input::gltf::document::Transform;
-use crate::input::notes::Notes;
+use crate::input::options::{Notes, Pose};
 
 /// Transforms of all nodes, and weights of morph targets by node, at a moment.
 pub(crate) struct NodePoses {

@@ -1,4 +1,4 @@
-//! Options of reading a mesh file, and the result.
+//! Options of reading a mesh file, the result, and the notes about what was left out.
 
 use std::path::PathBuf;
 
@@ -65,4 +65,50 @@ pub struct Loaded {
     pub scene: Scene,
     /// Ignored or unreadable parts of the file, one sentence each, for people.
     pub notes: Vec<String>,
+}
+
+/// Notes, each said once.
+#[derive(Debug, Default)]
+pub(super) struct Notes {
+    pub(super) said: Vec<String>,
+    unreadable: Unreadable,
+}
+
+/// Most notes that are kept: nobody reads more, and a broken file could make any number.
+pub(super) const MAX_NOTES: usize = 20;
+
+impl Notes {
+    /// None yet.
+    pub(super) fn new(unreadable: Unreadable) -> Self {
+        Self {
+            said: Vec::new(),
+            unreadable,
+        }
+    }
+
+    /// Adds a note, unless it has been said.
+    pub(super) fn say(&mut self, note: String) {
+        if self.said.contains(&note) || self.said.len() > MAX_NOTES {
+            return;
+        }
+        let full = self.said.len() == MAX_NOTES;
+        self.said.push(if full {
+            "more notes are left out".to_owned()
+        } else {
+            note
+        });
+    }
+
+    /// A picture or a material file cannot be read: an error, or a note of what is drawn instead.
+    pub(super) fn unreadable(&mut self, what: &str, instead: &str) -> Result<(), String> {
+        match self.unreadable {
+            Unreadable::Refused => Err(format!(
+                "{what}: mend or fetch what is missing, or draw without pictures by --textures left-out"
+            )),
+            Unreadable::Noted => {
+                self.say(format!("{what}: {instead}"));
+                Ok(())
+            }
+        }
+    }
 }
