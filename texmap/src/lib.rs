@@ -46,12 +46,14 @@ mod texture;
 mod tile;
 mod paper;
 pub mod render;
+pub mod stats;
 
-pub use crate::render::{Frame, FrameStats, Renderer, StageTimes};
 #[cfg(feature = "input")]
 pub use input::{LoadOptions, Loaded, Pose, load, load_picture};
 pub use options::{Method, PlaneKind, RenderOptions, Shade};
 pub use prepare::textures::Textures;
+pub use render::{Frame, Renderer};
 pub use resample_core::clock::StageTime;
 pub use resample_core::{Error, Reuse};
 pub use resample_mesh::scene::{self, Scene};
+pub use stats::{FrameStats, StageTimes};

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use resample_core::clock::{StageClock, StageTime};
+use resample_core::clock::StageClock;
 use resample_core::tile::TileLists;
 use resample_core::{Camera, Image, Reuse};
 
@@ -14,6 +14,7 @@ use crate::paper::pixel_look_ups;
 use crate::prepare::Prepared;
 use crate::project::cull::{InView, cull};
 use crate::screen::{TILE_WIDTH, Window, tile_grid};
+use crate::stats::FrameStats;
 use crate::tile::planes::add_planes;
 use crate::tile::task::{FrameView, TileImage, near_key};
 use crate::tile::{StageBuffers, draw_tile};
@@ -303,53 +304,4 @@ fn bounds_in_world(scene: &Scene) -> Option<[DVec3; 2]> {
         None => Some([p, p]),
         Some([low, high]) => Some([low.min(p), high.max(p)]),
     })
-}
-
-/// The time of each stage of a frame, in the order in which data flows.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct StageTimes {
-    /// Triangles are projected; those that cannot be seen are dropped.
-    pub cull: StageTime,
-    /// Triangles are listed by the screen tiles that they touch.
-    pub bin: StageTime,
-    /// The depth prepass: which triangle each sub-pixel shows.
-    pub visibility: StageTime,
-    /// Visible texels are laid as points and splats (or looked up, in backward methods) and lit.
-    pub accumulate: StageTime,
-    /// Sub-pixels and surfaces are filtered down to pixels.
-    pub resolve: StageTime,
-    /// Tiles are copied into the picture.
-    pub image: StageTime,
-}
-
-/// Counts and times of one frame.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct FrameStats {
-    /// Elapsed time of the frame, ms.
-    pub wall_ms: f64,
-    /// CPU time of all threads, ms.
-    pub cpu_ms: f64,
-    /// Time of each stage.
-    pub stages: StageTimes,
-    /// Triangles of the scene.
-    pub triangles: u64,
-    /// Triangles seen from behind or edge-on, where only the front is shown, and degenerate ones.
-    pub back_facing: u64,
-    /// Triangles outside the picture or before the near plane.
-    pub off_screen: u64,
-    /// Triangles in view of which no sub-pixel shows anything.
-    pub hidden: u64,
-    /// Triangles that are seen.
-    pub drawn: u64,
-    /// Triangles times the tiles that each touches.
-    pub tile_pairs: u64,
-    /// Texels gathered as points, each counted for each pixel that it touches.
-    pub points: u64,
-    /// Splats and look-ups: texels spread over a sub-pixel, each counted for each sub-pixel (for each pixel in
-    /// backward methods) that it touches.
-    pub splats: u64,
-    /// Pixels that show something.
-    pub pixels_touched: u64,
 }

@@ -6,11 +6,10 @@ use resample_core::Camera;
 use crate::Reference;
 use crate::options::{MixedPixels, SurfaceOptions};
 use crate::project::{Quarters, Segments};
-use crate::surfaces::colour_samples::Colours;
+use crate::surfaces::colours::{Colours, solve};
 use crate::surfaces::input_copy::{TakenColours, TakenDepths};
 use crate::surfaces::rims::{Rims, clean};
 use crate::surfaces::sharpen_edges::{Edges, sharpened_in_bands};
-use crate::surfaces::spline::solve;
 use crate::surfaces::surface::Surfaces;
 
 /// A reference made ready for the hybrid. The colours and depths that were given follow from it, bit by bit.

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use resample_core::clock::StageClock;
 use resample_core::{Camera, Image, Plane, Reuse};
 
-use crate::fill::blend::blend;
+use crate::fill::blend;
 use crate::fill::extrapolate::View;
 use crate::fill::holes::fill;
 use crate::hybrid::{How, Hybrid};
@@ -14,9 +14,9 @@ use crate::paper::splat;
 use crate::paper::splat::Shape;
 use crate::prepared::Prepared;
 use crate::stats::FrameStats;
-use crate::surfaces::piece::MAX_CELLS;
+use crate::surfaces::surface::MAX_CELLS;
 use crate::view::layer::{Layer, Purpose};
-use crate::view::units::{counted_in, length_of, scaled};
+use crate::view::reference::{counted_in, length_of, scaled};
 use crate::{Error, Reference, resolve};
 
 /// The plane that says how well each pixel is seen.

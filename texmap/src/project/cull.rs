@@ -13,8 +13,8 @@ use resample_core::{Camera, Projection};
 use resample_mesh::scene::Sides;
 
 use crate::prepare::{Prepared, PreparedMesh};
-use crate::render::FrameStats;
 use crate::screen::{REACH_PX, tile_grid};
+use crate::stats::FrameStats;
 
 /// Triangles of one task.
 const CHUNK: usize = 4096;

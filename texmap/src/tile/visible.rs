@@ -16,8 +16,9 @@ use crate::screen::{LANES, NONE, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH, WINDOW_PX}
 use crate::texture::lookup::LookupPlan;
 use crate::tile::task::{FrameView, Tile, subpixel_px};
 use crate::tile::texels::look_up_planes;
-use crate::visibility::edges::{self, Edges, NextTriangle, crossing};
+use crate::visibility::edges::Edges;
 use crate::visibility::runs::{changes, each_bit};
+use crate::visibility::walk::{self, NextTriangle, crossing};
 use crate::visibility::{CutOut, RasterTriangle, Visibility, each_vector, is_nearer};
 
 /// The triangles that the sub-pixels of a tile show.
@@ -302,7 +303,7 @@ struct TileMesh<'a> {
     rasters: &'a [Option<RasterTriangle>],
 }
 
-impl edges::Mesh for TileMesh<'_> {
+impl walk::Mesh for TileMesh<'_> {
     fn triangle(&self, id: u32) -> Option<&RasterTriangle> {
         self.rasters.get(id as usize)?.as_ref()
     }

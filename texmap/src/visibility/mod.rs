@@ -10,6 +10,7 @@
 pub(crate) mod runs;
 pub(crate) mod filter;
 pub(crate) mod edges;
+pub(crate) mod walk;
 pub(crate) mod fragments;
 
 use fearless_simd::prelude::*;

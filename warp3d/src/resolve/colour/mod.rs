@@ -6,10 +6,8 @@
 //! second derivatives, larger ones by a five-point rule on cubic lookups, the largest by a Gaussian sum over the samples,
 //! so that one family runs through all scales. Only samples on the same surface count.
 
-mod area;
 mod cubic;
-mod held;
-mod points;
+mod filters;
 mod rim;
 
 use fearless_simd::prelude::*;
@@ -18,11 +16,11 @@ use fearless_simd_macros::simd;
 use glam::{DMat2, DVec2};
 use resample_core::point::PIXEL_SIGMA_PX;
 
-pub(crate) use crate::surfaces::colour_samples::{Coefficients, Colours, NOWHERE, eight_samples};
+pub(crate) use crate::resolve::colour::filters::{EightFilters, FILTERS, through};
+pub(crate) use crate::surfaces::colours::{Coefficients, Colours, NOWHERE, eight_samples};
+pub(crate) use cubic::held;
 use cubic::{Axis, across};
 pub(crate) use cubic::{EightWeights, Taps, Weights, by_place};
-pub(crate) use held::held;
-pub(crate) use points::{EightFilters, FILTERS, through};
 
 use crate::keys::weights;
 use crate::prepared::Prepared;
@@ -389,6 +387,6 @@ pub(crate) fn as_taken(prepared: &Prepared, pos_in_reference: DVec2) -> [f32; 3]
 
 /// The colour; a spline may overshoot below 0, where there is no light.
 #[inline(always)]
-pub(crate) fn first_three<S: Simd>(sum: f32x4<S>) -> [f32; 3] {
+fn first_three<S: Simd>(sum: f32x4<S>) -> [f32; 3] {
     [sum[0].max(0.0), sum[1].max(0.0), sum[2].max(0.0)]
 }

@@ -13,7 +13,7 @@
 
 use resample_core::Projection;
 
-use super::Surfaces;
+use crate::surfaces::surface::Surfaces;
 
 /// Where a surface ends beyond its last sample.
 #[derive(Clone, Copy, Debug, PartialEq)]

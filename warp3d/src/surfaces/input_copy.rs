@@ -1,11 +1,107 @@
-//! Colours as numbers of their values, where these are few.
+//! A reference's own colours and depths, exactly as they were given, in few bytes.
+//!
+//! Colours of a file of 8 or 16 bits have at most that many values, and are kept as the numbers of these. A depth follows from
+//! the sample's disparity up to a unit in its last place, and which it is takes three bits beside the sample's links; those that were
+//! changed while surfaces were found are listed.
 
 use fearless_simd::f32x4;
 use fearless_simd::prelude::*;
 use rayon::prelude::*;
+use resample_core::Projection;
 
-/// Samples that one task looks at. A task begins with a table for all values of a channel of 16 bits.
-const PART: usize = 1 << 20;
+use crate::surfaces::surface::{DEPTH, Surfaces};
+
+/// How a depth follows from the disparity: as its inverse, a unit in the last place above or below it, or not at all.
+const INVERSE: u8 = 0;
+const ABOVE: u8 = DEPTH;
+const BELOW: u8 = 2 * DEPTH;
+const UNKNOWN: u8 = 3 * DEPTH;
+const LISTED: u8 = 4 * DEPTH;
+
+/// All of these bits.
+const BITS: u8 = 7 * DEPTH;
+
+/// Depths that one task looks at.
+const DEPTHS_OF_TASK: usize = 1 << 16;
+
+/// The depths of a reference.
+#[derive(Clone, Debug)]
+pub(crate) struct TakenDepths {
+    projection: Projection,
+    /// Depths that do not follow from disparities, by sample.
+    listed: Vec<(u32, f32)>,
+}
+
+/// Camera z of a disparity.
+fn inverse(projection: Projection, disparity: f32) -> f32 {
+    match projection {
+        Projection::Perspective => 1.0 / disparity,
+        Projection::Orthographic => disparity,
+    }
+}
+
+/// How a depth follows from its `inverse`.
+fn relation(depth: f32, inverse: f32) -> u8 {
+    let [wanted, found] = [depth, inverse].map(f32::to_bits);
+    match wanted.wrapping_sub(found) {
+        _ if depth.is_nan() => UNKNOWN,
+        0 => INVERSE,
+        1 => ABOVE,
+        u32::MAX => BELOW,
+        _ => LISTED,
+    }
+}
+
+impl TakenDepths {
+    /// Keeps the `depths` that were given. The links of `surfaces` get the bits that tell a depth from its disparity.
+    pub(crate) fn new(projection: Projection, depths: &[f32], surfaces: &mut Surfaces) -> Self {
+        let links = surfaces.links.par_chunks_mut(DEPTHS_OF_TASK);
+        let disparities = surfaces.disparity.par_chunks(DEPTHS_OF_TASK);
+        let parts = links
+            .zip(disparities)
+            .zip(depths.par_chunks(DEPTHS_OF_TASK))
+            .enumerate();
+        let listed = parts.flat_map_iter(|(part, ((links, disparities), depths))| {
+            let mut listed = Vec::new();
+            for (i, (links, depth)) in links.iter_mut().zip(depths).enumerate() {
+                let relation = relation(*depth, inverse(projection, disparities[i]));
+                *links = *links & !BITS | relation;
+                if relation == LISTED {
+                    listed.push(((part * DEPTHS_OF_TASK + i) as u32, *depth));
+                }
+            }
+            listed
+        });
+        Self {
+            projection,
+            listed: listed.collect(),
+        }
+    }
+
+    /// Camera z of a sample, as it was given.
+    pub(crate) fn get(&self, surfaces: &Surfaces, index: usize) -> f32 {
+        let inverse = inverse(self.projection, surfaces.disparity[index]);
+        match surfaces.links[index] & BITS {
+            INVERSE => inverse,
+            ABOVE => f32::from_bits(inverse.to_bits() + 1),
+            BELOW => f32::from_bits(inverse.to_bits() - 1),
+            LISTED => self.listed(index),
+            _ => f32::NAN,
+        }
+    }
+
+    fn listed(&self, index: usize) -> f32 {
+        let place = self
+            .listed
+            .binary_search_by_key(&(index as u32), |&(index, _)| index);
+        place.map_or(f32::NAN, |place| self.listed[place].1)
+    }
+}
+
+// Colours as numbers of their values, where these are few.
+
+/// Colours that one task looks at. A task begins with a table for all values of a channel of 16 bits.
+const COLOURS_OF_TASK: usize = 1 << 20;
 
 /// The colours of a reference.
 #[derive(Clone, Debug)]
@@ -92,7 +188,9 @@ impl<C: Code> Coded<C> {
     /// `None` where there are more values than codes.
     fn new(colours: &[[f32; 3]]) -> Option<Self> {
         let mut codes = vec![[C::default(); 3]; colours.len()];
-        let parts = codes.par_chunks_mut(PART).zip(colours.par_chunks(PART));
+        let parts = codes
+            .par_chunks_mut(COLOURS_OF_TASK)
+            .zip(colours.par_chunks(COLOURS_OF_TASK));
         let met: Option<Vec<Vec<u32>>> = parts
             .map(|(codes, colours)| {
                 let mut values = Values::new(C::COUNT);
@@ -112,7 +210,7 @@ impl<C: Code> Coded<C> {
             return None;
         }
         codes
-            .par_chunks_mut(PART)
+            .par_chunks_mut(COLOURS_OF_TASK)
             .zip(&met)
             .for_each(|(codes, met)| {
                 let place = |bits| C::new(all.partition_point(|other| other < bits));
@@ -171,7 +269,57 @@ impl TakenColours {
 
 #[cfg(test)]
 mod tests {
+    use resample_core::{Camera, LookAt};
+
     use super::*;
+    use crate::options::SurfaceTolerance;
+
+    #[test]
+    fn depths_come_back_bit_by_bit() {
+        let pose = LookAt {
+            position: [0.0, 0.0, 0.0].into(),
+            target: [0.0, 0.0, 1.0].into(),
+            up: [0.0, -1.0, 0.0].into(),
+        };
+        let camera = Camera::perspective(&pose, 0.8, [300, 200]).expect("a camera");
+        let odd = [f32::INFINITY, 0.0, -1.0, 1e-42, 1e-39, 3e38, f32::MAX];
+        let mut state = 1u32;
+        let mut depths: Vec<f32> = (0..300 * 200)
+            .map(|_| {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                1.0 + (state >> 8) as f32 / 1e6
+            })
+            .collect();
+        depths.iter_mut().step_by(97).for_each(|z| *z = f32::NAN);
+        depths[1000..1000 + odd.len()].copy_from_slice(&odd);
+        for projection in [Projection::Perspective, Projection::Orthographic] {
+            let camera = Camera {
+                projection,
+                ..camera
+            };
+            let tolerance = SurfaceTolerance::Relative(0.9);
+            let mut surfaces = Surfaces::new(&camera, depths.clone(), tolerance);
+            let links = surfaces.links.clone();
+            let taken = TakenDepths::new(projection, &depths, &mut surfaces);
+            for (index, &z) in depths.iter().enumerate() {
+                let found = taken.get(&surfaces, index);
+                assert!(
+                    found.to_bits() == z.to_bits() || (z.is_nan() && found.is_nan()),
+                    "sample {index}: {found} for {z}"
+                );
+                assert_eq!(
+                    surfaces.links[index] & !BITS,
+                    links[index],
+                    "other bits stay"
+                );
+            }
+            assert!(
+                taken.listed.len() <= odd.len(),
+                "{} are listed",
+                taken.listed.len()
+            );
+        }
+    }
 
     fn kept(colours: &[[f32; 3]]) -> TakenColours {
         let (taken, given) = TakenColours::new(colours.to_vec());
@@ -187,12 +335,12 @@ mod tests {
         // More than one part, whose first values differ.
         let of = |count: usize| -> Vec<[f32; 3]> {
             let value = |i: usize| (i / 7 % count) as f32 / count as f32;
-            (0..PART + 5000)
+            (0..COLOURS_OF_TASK + 5000)
                 .map(|i| [value(i), value(i + 3), value(i * 5)])
                 .collect()
         };
         let mut few = of(250);
-        few[PART + 17] = [f32::NAN, -0.0, f32::INFINITY];
+        few[COLOURS_OF_TASK + 17] = [f32::NAN, -0.0, f32::INFINITY];
         assert!(matches!(kept(&few), TakenColours::Bytes(_)));
         assert!(matches!(kept(&of(256)), TakenColours::Bytes(_)));
         assert!(matches!(kept(&of(257)), TakenColours::Words(_)));
@@ -203,8 +351,8 @@ mod tests {
 
     #[test]
     fn parts_that_have_few_values_each_may_have_many_together() {
-        let colours: Vec<[f32; 3]> = (0..3 * PART)
-            .map(|i| [(i / PART * 100 + i % 100) as f32; 3])
+        let colours: Vec<[f32; 3]> = (0..3 * COLOURS_OF_TASK)
+            .map(|i| [(i / COLOURS_OF_TASK * 100 + i % 100) as f32; 3])
             .collect();
         assert!(matches!(kept(&colours), TakenColours::Words(_)));
     }

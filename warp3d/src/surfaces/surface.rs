@@ -6,25 +6,75 @@
 //!
 //! Limits: depth that was smoothed across an edge (a ramp of flying samples) may link both sides.
 
-mod limbs;
-mod slopes;
-
 use rayon::prelude::*;
 use resample_core::{Camera, Projection};
 
 use crate::options::SurfaceTolerance;
-use crate::surfaces::gaps::bridge;
-use crate::surfaces::piece::CellRows;
-use crate::surfaces::tolerance::tolerance_of;
-pub(crate) use limbs::Limb;
-use slopes::Slopes;
+use crate::surfaces::tolerance::{bridge, tolerance_of};
+
+// The numbers of the flat pieces of a reference's surfaces: a cell, and a kind of piece in it.
+
+/// Kinds of pieces in one cell: 0 and 1 are the triangles beside the main diagonal, 2 to 5 the quarter of a corner, 6 and 7
+/// the triangles beside the other diagonal.
+pub(crate) const KINDS: u32 = 8;
+
+/// The first triangle beside the other diagonal.
+pub(crate) const ANTI: u32 = 6;
+
+/// Most cells whose pieces have different numbers.
+pub(crate) const MAX_CELLS: usize = (u32::MAX / KINDS) as usize;
+
+/// The number of no piece.
+pub(crate) const NO_PATCH: u32 = u32::MAX;
+
+/// A piece's number: its cell and kind.
+pub(crate) fn patch_id(cell: usize, kind: u32) -> u32 {
+    cell as u32 * KINDS + kind
+}
+
+/// Returns true if a piece is a triangle of a joined cell.
+#[inline(always)]
+pub(crate) fn is_triangle(id: u32) -> bool {
+    id.wrapping_add(KINDS - ANTI) % KINDS < 4
+}
+
+/// The cell of a piece.
+pub(crate) fn cell_of(id: u32) -> usize {
+    (id / KINDS) as usize
+}
+
+/// The row of a cell, by a multiplication: it is needed for every pixel, and a division takes longer than all else.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CellRows {
+    factor: u64,
+    shift: u32,
+}
+
+impl CellRows {
+    /// For rows of `cells` cells.
+    ///
+    /// The factor is above 2^shift / cells by less than 1, so a number n below 2^29 ([`MAX_CELLS`]) gives a quotient that
+    /// is too large by less than n / 2^shift <= 1 / cells: never as far as the next whole number.
+    pub(crate) fn new(cells: usize) -> Self {
+        let shift = MAX_CELLS.ilog2() + 1 + cells.next_power_of_two().ilog2();
+        Self {
+            factor: (1u64 << shift).div_ceil(cells as u64),
+            shift,
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn row(self, cell: usize) -> usize {
+        ((cell as u64 * self.factor) >> self.shift) as usize
+    }
+}
 
 /// A step this many times the one before it, in the same direction, still is one surface: depth falls off like a square
 /// root at the limb of a round body, where the last step of whole samples is 1 / (sqrt 2 - 1) times the one before.
-pub(crate) const LIMB_RATIO: f32 = 2.42;
+const LIMB_RATIO: f32 = 2.42;
 
 /// Distances to a cut are counted up to this, samples.
-pub(crate) const FAR_FROM_CUT: u8 = 32;
+const FAR_FROM_CUT: u8 = 32;
 
 /// How a cell's corners are joined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +94,7 @@ pub(crate) enum Cell {
 #[derive(Clone, Debug)]
 pub(crate) struct Surfaces {
     /// The meaning of disparity: 1/z for a pinhole, z for parallel rays.
-    projection: Projection,
+    pub(crate) projection: Projection,
     /// Samples along x and y.
     pub(crate) size: [usize; 2],
     /// Generalised disparity; NaN where unknown.
@@ -326,4 +376,99 @@ pub(crate) fn links(disparity: &[f32], size: [usize; 2], tolerance: f32) -> Vec<
         u8::from(right) * RIGHT + u8::from(below) * BELOW
     };
     (0..disparity.len()).into_par_iter().map(both).collect()
+}
+
+// Slopes of the samples beside cuts, which frames ask for; those of all others are computed when somebody asks.
+//
+// One bit a sample says which are kept, and a count for each word of bits where they begin.
+
+/// Samples of a word.
+const WORD: usize = 64;
+
+/// Change of disparity of some samples along each axis, backwards and forwards.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Slopes {
+    kept: Vec<u64>,
+    /// Number of slopes before those of each word.
+    before: Vec<u32>,
+    slopes: Vec<[[f32; 2]; 2]>,
+}
+
+impl Slopes {
+    /// Those of the samples up to `count` for which `is_kept` holds.
+    pub(crate) fn new(
+        count: usize,
+        is_kept: impl Fn(usize) -> bool + Sync,
+        slope: impl Fn(usize) -> [[f32; 2]; 2] + Sync + Send,
+    ) -> Self {
+        let samples = |word: usize| word * WORD..((word + 1) * WORD).min(count);
+        let bits = |word: usize| {
+            let kept = samples(word).map(|index| u64::from(is_kept(index)) << (index % WORD));
+            kept.sum::<u64>()
+        };
+        let kept: Vec<u64> = (0..count.div_ceil(WORD))
+            .into_par_iter()
+            .map(bits)
+            .collect();
+        let mut end = 0;
+        let before = kept.iter().map(|bits| {
+            let before = end;
+            end += bits.count_ones();
+            before
+        });
+        let before = before.collect();
+        let is_set = |index: &usize| kept[index / WORD] >> (index % WORD) & 1 != 0;
+        let slopes = (0..kept.len()).into_par_iter();
+        let slopes = slopes.flat_map_iter(|word| samples(word).filter(is_set).map(&slope));
+        Self {
+            slopes: slopes.collect(),
+            kept,
+            before,
+        }
+    }
+
+    /// The slope of a sample if it is kept.
+    #[inline(always)]
+    pub(crate) fn get(&self, index: usize) -> Option<[[f32; 2]; 2]> {
+        let (word, bit) = (index / WORD, 1 << (index % WORD));
+        let kept = self.kept[word];
+        let among = (kept & (bit - 1)).count_ones();
+        (kept & bit != 0).then(|| self.slopes[(self.before[word] + among) as usize])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_of_cells_are_those_of_a_division() {
+        for cells in [1, 2, 3, 7, 33, 641, 1921, 4096, 4097, 65_537, MAX_CELLS] {
+            let rows = CellRows::new(cells);
+            let last = MAX_CELLS - 1;
+            let near_ends =
+                (0..200).flat_map(|i| [i, last - i, (last / cells).saturating_sub(i) * cells]);
+            let all = near_ends
+                .chain((0..=last).step_by(99_991))
+                .flat_map(|n| [n, n.saturating_sub(1)]);
+            for cell in all {
+                assert_eq!(
+                    rows.row(cell),
+                    cell / cells,
+                    "cell {cell} in rows of {cells}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn kept_slopes_are_found_and_others_are_not() {
+        let is_kept = |i: usize| i.is_multiple_of(3) || i == 127;
+        let slopes = Slopes::new(200, is_kept, |i| [[i as f32; 2], [-(i as f32); 2]]);
+        for i in 0..200 {
+            let expected = is_kept(i).then_some([[i as f32; 2], [-(i as f32); 2]]);
+            assert_eq!(slopes.get(i), expected, "sample {i}");
+        }
+        assert!(Slopes::new(0, is_kept, |_| [[0.0; 2]; 2]).kept.is_empty());
+    }
 }
