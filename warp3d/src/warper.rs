@@ -158,7 +158,7 @@ impl Warper {
         let layers: Vec<Layer> = layers.collect();
         let clock = StageClock::start();
         let pixels = camera.width as usize * camera.height as usize;
-        let layer = blend(layers, &references, &camera, self.options.blend);
+        let layer = blend(layers, &references, &camera);
         let mut layer = layer.unwrap_or_else(|| Layer::empty(pixels));
         if self.length != 1.0 {
             scaled(&mut layer.depth, self.length);
@@ -222,13 +222,13 @@ fn seen(layer: &mut Layer, confidence: bool) -> u64 {
 
 impl Pipeline {
     fn new(references: impl Iterator<Item = Reference>, options: &WarpOptions) -> Self {
-        let Some(surfaces) = options.method.surfaces() else {
+        let Some(tolerance) = options.method.tolerance() else {
             return Self {
                 references: references.collect(),
                 ..Self::default()
             };
         };
-        let prepared = references.map(|reference| Prepared::new(reference, &surfaces));
+        let prepared = references.map(|reference| Prepared::new(reference, tolerance));
         Self {
             prepared: prepared.collect(),
             ..Self::default()

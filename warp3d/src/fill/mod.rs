@@ -8,7 +8,6 @@ pub(crate) mod holes;
 use rayon::prelude::*;
 use resample_core::Camera;
 
-use crate::options::Blend;
 use crate::view::layer::Layer;
 
 // Several references become one picture.
@@ -21,12 +20,7 @@ use crate::view::layer::Layer;
 const AGREEMENT: f32 = 0.03;
 
 /// Blends `layers`, one per camera of the `references`, into the first.
-pub(crate) fn blend(
-    layers: Vec<Layer>,
-    references: &[Camera],
-    target: &Camera,
-    how: Blend,
-) -> Option<Layer> {
+pub(crate) fn blend(layers: Vec<Layer>, references: &[Camera], target: &Camera) -> Option<Layer> {
     if layers.len() < 2 {
         return layers.into_iter().next();
     }
@@ -56,14 +50,13 @@ pub(crate) fn blend(
                 }
             };
             let best = (0..layers.len()).max_by(|&i, &j| weight(i).total_cmp(&weight(j)));
-            let keep = |i: usize| how == Blend::Weighted || Some(i) == best;
-            let total: f32 = (0..layers.len()).filter(|&i| keep(i)).map(weight).sum();
+            let total: f32 = (0..layers.len()).map(weight).sum();
             if !(total > 0.0) {
                 return;
             }
             let mut transmittance = 1.0;
             let mut straight = [0.0; 3];
-            for i in (0..layers.len()).filter(|&i| keep(i) && weight(i) > 0.0) {
+            for i in (0..layers.len()).filter(|&i| weight(i) > 0.0) {
                 let (pixel, share) = (layers[i].rgba[at], weight(i) / total);
                 straight = std::array::from_fn(|c| straight[c] + share * pixel[c] / pixel[3]);
                 transmittance *= 1.0 - pixel[3].min(1.0);
