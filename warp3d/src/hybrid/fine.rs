@@ -217,13 +217,25 @@ impl Fine<'_> {
         id: impl Fn(usize) -> u32,
     ) {
         let boxes = Boxes::new(simd, some, triangles.bounds(), self.width, self.rows);
+        self.draw_boxes(simd, &boxes, |lane| triangles.lane(lane), id);
+    }
+
+    /// Draws the pieces whose boxes touch any pixel that is drawn.
+    #[inline(always)]
+    fn draw_boxes<S: Simd, const N: usize>(
+        &mut self,
+        simd: S,
+        boxes: &Boxes<S>,
+        piece: impl Fn(usize) -> [Vertex; N],
+        id: impl Fn(usize) -> u32,
+    ) {
         let mut bits = boxes.some.to_bitmask();
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
             let pixels = boxes.lane(lane);
             if self.drawn.any(pixels.columns, pixels.rows) {
-                self.draw(simd, triangles.lane(lane), pixels, id(lane));
+                self.draw(simd, piece(lane), pixels, id(lane));
             }
         }
     }
@@ -285,15 +297,7 @@ impl Sink for Fine<'_> {
             }
         }
         let boxes = Boxes::new(simd, quads.whole, quads.bounds(), self.width, self.rows);
-        let mut bits = boxes.some.to_bitmask();
-        while bits != 0 {
-            let lane = bits.trailing_zeros() as usize;
-            bits &= bits - 1;
-            let pixels = boxes.lane(lane);
-            if self.drawn.any(pixels.columns, pixels.rows) {
-                self.draw(simd, quads.lane(lane), pixels, id(lane));
-            }
-        }
+        self.draw_boxes(simd, &boxes, |lane| quads.lane(lane), id);
     }
 
     #[inline(always)]

@@ -12,6 +12,12 @@ use resample_io::{Gate, Part, colour};
 use crate::Error;
 use crate::scene::{Surroundings, Texels, Texture};
 
+/// The text behind a byte order mark and white space.
+pub(super) fn text_of(bytes: &[u8]) -> &[u8] {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    text.trim_ascii_start()
+}
+
 /// Reads a whole file. The error names it.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, Error> {
     let unreadable = |what: &dyn std::fmt::Display| {

@@ -21,8 +21,8 @@ use std::sync::Arc;
 use resample_io::Gate;
 use resample_io::files::{cannot_read, open};
 
-use crate::input::files::Names;
 pub use crate::input::files::load_picture;
+use crate::input::files::{Names, text_of};
 pub use crate::input::finish::set_origin;
 pub use crate::input::gltf::{Animation, Contents};
 use crate::input::options::Notes;
@@ -280,14 +280,6 @@ fn of_head(head: &[u8], length: u64) -> Option<Format> {
         Some(_) if obj::looks_like(head) => Some(Format::Obj),
         Some(_) | None => None,
     }
-}
-
-/// The text behind a byte order mark and white space.
-fn text_of(bytes: &[u8]) -> &[u8] {
-    bytes
-        .strip_prefix(b"\xef\xbb\xbf")
-        .unwrap_or(bytes)
-        .trim_ascii_start()
 }
 
 /// Formats that people have and this crate does not read.

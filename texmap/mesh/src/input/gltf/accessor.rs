@@ -354,7 +354,8 @@ fn decoded(bytes: &[u8], component: ComponentType, fractions: bool) -> f32 {
     }
 }
 
-const NUMBERS: &[ComponentType] = &[
+/// Floats, or integers that stand for fractions.
+pub(super) const NUMBERS: &[ComponentType] = &[
     ComponentType::F32,
     ComponentType::I8,
     ComponentType::U8,

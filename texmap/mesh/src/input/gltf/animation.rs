@@ -12,8 +12,8 @@ use gltf::json::accessor::{ComponentType, Type};
 use serde_json::Value;
 
 use crate::input::files::excerpt;
-use crate::input::gltf::accessor::{Integers, Numbers, Use};
-use crate::input::gltf::document::Transform;
+use crate::input::gltf::accessor::{Integers, NUMBERS, Numbers, Use};
+use crate::input::gltf::document::{Transform, list_of, position_of};
 use crate::input::options::{Notes, Pose};
 
 /// Transforms of all nodes, and weights of morph targets by node, at a moment.
@@ -39,33 +39,24 @@ const TIMES: Use = Use {
     integers: Integers::AsMarked,
 };
 
-/// Floats, or integers as fractions; 3.11 allows these for turns and weights.
-const COMPONENTS: &[ComponentType] = &[
-    ComponentType::F32,
-    ComponentType::I8,
-    ComponentType::U8,
-    ComponentType::I16,
-    ComponentType::U16,
-];
-
 const VECTORS: Use = Use {
     name: "vectors",
     shapes: &[Type::Vec3],
-    components: COMPONENTS,
+    components: NUMBERS,
     integers: Integers::AsMarked,
 };
 
 const TURNS: Use = Use {
     name: "turns",
     shapes: &[Type::Vec4],
-    components: COMPONENTS,
+    components: NUMBERS,
     integers: Integers::Fractions,
 };
 
 const WEIGHTS: Use = Use {
     name: "weights",
     shapes: &[Type::Scalar],
-    components: COMPONENTS,
+    components: NUMBERS,
     integers: Integers::Fractions,
 };
 
@@ -114,40 +105,18 @@ pub(crate) fn length_s(animation: &Value, numbers: &Numbers) -> f64 {
 }
 
 fn chosen(animations: &[Value], asked: Option<&str>) -> Result<usize, String> {
-    let name = |animation: &Value| {
-        animation
-            .get("name")
-            .and_then(Value::as_str)
-            .map(str::to_owned)
-    };
-    let index = match asked {
-        None => Some(0),
-        Some(word) => animations
-            .iter()
-            .position(|animation| name(animation).as_deref() == Some(word))
-            .or_else(|| word.parse().ok()),
-    };
-    if let Some(index) = index.filter(|&index| index < animations.len()) {
+    let name = |animation| Value::get(animation, "name").and_then(Value::as_str);
+    let names: Vec<_> = animations.iter().map(name).collect();
+    let index = asked.map_or(Some(0), |word| position_of(&names, word));
+    if let Some(index) = index.filter(|&index| index < names.len()) {
         return Ok(index);
     }
-    // More would not be read.
-    const LISTED: usize = 10;
-    let named = |(index, animation): (usize, &Value)| match name(animation) {
-        Some(name) => format!("{index} ({})", excerpt(&name)),
-        None => index.to_string(),
-    };
     let asked = asked.map_or("a pose".to_owned(), |word| {
         format!("animation '{}'", excerpt(word))
     });
-    let there: Vec<_> = animations
-        .iter()
-        .enumerate()
-        .take(LISTED)
-        .map(named)
-        .collect();
-    Err(match animations.len() {
+    Err(match names.len() {
         0 => format!("{asked} was asked for, but the file has no animations"),
-        _ => format!("{asked} does not exist: the file has {}", there.join(", ")),
+        _ => format!("{asked} does not exist: the file has {}", list_of(&names)),
     })
 }
 

@@ -269,9 +269,12 @@ fn numbers<const N: usize>(node: &Value, key: &str) -> Option<[f64; N]> {
 // One rule: what changes only the light on surfaces and its colours, or nothing that is seen, is left out with a note; what
 // changes shape, or is needed to read the file, is refused where the file requires it.
 
+/// The extension with which a node has instances of its mesh.
+pub(super) const INSTANCES: &str = "EXT_mesh_gpu_instancing";
+
 /// Extensions that change what is seen and are understood here.
 const DECODED: [&str; 8] = [
-    crate::input::gltf::nodes::NAME,
+    INSTANCES,
     "EXT_texture_webp",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
@@ -375,4 +378,21 @@ fn undecoded(name: &str) -> String {
         "requires the extension {}, which is not decoded here: {way_out}",
         excerpt(name)
     )
+}
+
+/// The one of some things that a word names: by its name, or else by its number.
+pub(super) fn position_of(names: &[Option<&str>], word: &str) -> Option<usize> {
+    let by_name = names.iter().position(|name| *name == Some(word));
+    by_name.or_else(|| word.parse().ok())
+}
+
+/// The numbers and names of the first of some things: more would not be read.
+pub(super) fn list_of(names: &[Option<&str>]) -> String {
+    const LISTED: usize = 10;
+    let named = |(index, name): (usize, &Option<&str>)| match name {
+        Some(name) => format!("{index} ({})", excerpt(name)),
+        None => index.to_string(),
+    };
+    let list: Vec<_> = names.iter().enumerate().take(LISTED).map(named).collect();
+    list.join(", ")
 }

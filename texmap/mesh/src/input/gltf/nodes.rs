@@ -8,6 +8,7 @@ use serde_json::Value;
 
 use crate::input::files::excerpt;
 use crate::input::gltf::accessor::{Integers, Numbers, Use};
+use crate::input::gltf::document::{INSTANCES, list_of, position_of};
 use crate::input::options::{Notes, SceneChoice};
 use crate::scene::{SceneCamera, SceneLens};
 
@@ -79,50 +80,30 @@ pub(crate) fn nodes_of_scene(
 }
 
 fn chosen(root: &Root, choice: Option<&SceneChoice>) -> Result<Option<usize>, String> {
-    let count = root.scenes.len();
+    let names: Vec<_> = root
+        .scenes
+        .iter()
+        .map(|scene| scene.name.as_deref())
+        .collect();
     let (index, asked) = match choice {
-        None => match (root.scene, count) {
+        None => match (root.scene, names.len()) {
             (Some(scene), _) => (Some(scene.value()), "the default scene".to_owned()),
             (None, 0) => return Ok(None),
             (None, _) => (Some(0), "the first scene".to_owned()),
         },
-        Some(SceneChoice(word)) => {
-            let by_name = root
-                .scenes
-                .iter()
-                .position(|scene| scene.name.as_deref() == Some(word));
-            (
-                by_name.or_else(|| word.parse().ok()),
-                format!("scene '{}'", excerpt(word)),
-            )
-        }
+        Some(SceneChoice(word)) => (
+            position_of(&names, word),
+            format!("scene '{}'", excerpt(word)),
+        ),
     };
-    match index.filter(|&index| index < count) {
-        Some(index) => Ok(Some(index)),
-        None => Err(format!("{asked} does not exist: {}", list_of_scenes(root))),
+    if index.is_some_and(|index| index < names.len()) {
+        return Ok(index);
     }
-}
-
-fn list_of_scenes(root: &Root) -> String {
-    // More would not be read.
-    const LISTED: usize = 10;
-    let named = |(index, scene): (usize, &gltf::json::Scene)| match &scene.name {
-        Some(name) => format!("{index} ({})", excerpt(name)),
-        None => index.to_string(),
+    let there = match names.len() {
+        0 => "no scenes".to_owned(),
+        _ => list_of(&names),
     };
-    match root.scenes.len() {
-        0 => "the file has no scenes".to_owned(),
-        _ => {
-            let names: Vec<_> = root
-                .scenes
-                .iter()
-                .enumerate()
-                .take(LISTED)
-                .map(named)
-                .collect();
-            format!("the file has {}", names.join(", "))
-        }
-    }
+    Err(format!("{asked} does not exist: the file has {there}"))
 }
 
 fn roots(root: &Root) -> Vec<usize> {
@@ -231,9 +212,6 @@ fn pose(world_from_node: &DMat4) -> Option<DAffine3> {
 // Takes a node, gives the transforms from each instance's space to the node's; one, the identity, without the extension.
 // Limits: further attributes of instances, such as colours, are left out.
 
-/// Its name.
-pub(super) const NAME: &str = "EXT_mesh_gpu_instancing";
-
 const FLOATS: &[ComponentType] = &[ComponentType::F32];
 
 const TRANSLATION: Use = Use {
@@ -257,7 +235,10 @@ const ROTATION: Use = Use {
 
 /// The transforms of the instances of a node's mesh.
 pub(super) fn instances(node: &Node, numbers: &Numbers) -> Result<Vec<DMat4>, String> {
-    let extension = node.extensions.as_ref().and_then(|e| e.others.get(NAME));
+    let extension = node
+        .extensions
+        .as_ref()
+        .and_then(|e| e.others.get(INSTANCES));
     let Some(attributes) = extension.and_then(|value| value.get("attributes")) else {
         return Ok(vec![DMat4::IDENTITY]);
     };
@@ -272,7 +253,7 @@ pub(super) fn instances(node: &Node, numbers: &Numbers) -> Result<Vec<DMat4>, St
     let mut counts = counts.into_iter().flatten();
     let count = counts.next().unwrap_or(1);
     if counts.any(|other| other != count) {
-        return Err(format!("{NAME}: its attributes have different counts"));
+        return Err(format!("{INSTANCES}: its attributes have different counts"));
     }
     let vector = |list: &Option<Vec<[f32; 3]>>, at: usize, default: f64| {
         list.as_ref().map_or(DVec3::splat(default), |list| {
@@ -303,6 +284,6 @@ fn vectors<const N: usize>(
         return Ok(None);
     };
     let index = index.as_u64().and_then(|index| usize::try_from(index).ok());
-    let index = index.ok_or_else(|| format!("{NAME}: {} is no accessor", how.name))?;
+    let index = index.ok_or_else(|| format!("{INSTANCES}: {} is no accessor", how.name))?;
     numbers.vectors(index, how).map(Some)
 }
