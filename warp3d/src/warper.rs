@@ -137,6 +137,7 @@ impl Warper {
         let view = View {
             camera: &camera,
             references: self.cameras.clone(),
+            level: self.options.simd.resolve(),
         };
         let image = finished(&mut layer, &view, &self.options, &mut stats);
         self.pipeline.spare = layer;
