@@ -6,7 +6,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use resample_core::image::linear_from_srgb;
 use texmap::Scene;
-use texmap::input::origin;
+use texmap::input::set_origin;
 use texmap::scene::{Magnify, Material, Mesh, Sides, Texels, Texture, TextureUse, Wrap};
 
 /// The arrays of a mesh, as the Python part has checked them: C order, one row a vertex or a face.
@@ -54,7 +54,7 @@ pub(crate) fn scene(arrays: &Arrays<'_>) -> PyResult<Scene> {
         textures: texture.into_iter().collect(),
         ..Scene::default()
     };
-    origin::place(&mut scene, &[positions]);
+    set_origin(&mut scene, &[positions]);
     Ok(scene)
 }
 

@@ -11,7 +11,7 @@ use resample_tests::warps::filtered::{filtered_scene, forward_backward, fresh_sc
 use resample_tests::warps::measure::measure;
 use resample_tests::warps::scenes::{AnalyticScene, Body, camera};
 use resample_tests::warps::truth::WarpScene;
-use warp3d::{Method, MixedPixels, Reference, SurfaceOptions, WarpOptions, Warper};
+use warp3d::{Method, Reference, WarpOptions, Warper};
 
 /// Sub-pixel steps of the camera.
 const STEPS: usize = 16;
@@ -52,35 +52,27 @@ fn main() {
     }
 }
 
-fn settings() -> [WarpOptions; 5] {
+fn settings() -> [WarpOptions; 4] {
     let of = WarpOptions::with_method;
     [
         of(Method::NEAREST),
         of(Method::POINTS),
         of(Method::SPLATS),
-        of(Method::Hybrid {
-            surfaces: SurfaceOptions {
-                mixed: MixedPixels::Keep,
-                ..SurfaceOptions::default()
-            },
-            subpixels: 4,
-        }),
         WarpOptions::default(),
     ]
 }
 
-fn names() -> [&'static str; 6] {
+fn names() -> [&'static str; 5] {
     [
         "depth forward, cubic back",
         "nearest",
         "points",
         "splats",
-        "hybrid, mixed keep",
         "hybrid",
     ]
 }
 
-fn pictures(scene: &WarpScene) -> [Image; 6] {
+fn pictures(scene: &WarpScene) -> [Image; 5] {
     let warp = |options: &WarpOptions| warped(&scene.reference, &scene.target, options);
     let mut images = settings().iter().map(warp).collect::<Vec<_>>();
     images.insert(0, forward_backward(&scene.reference, &scene.target));
@@ -109,7 +101,7 @@ fn flicker(from: f64, to: f64) -> [f64; 6] {
     let scenes: Vec<WarpScene> = (0..STEPS)
         .map(|s| filtered_scene("step", &room, &start, &view(to, eye(s))))
         .collect();
-    let frames: Vec<[Image; 6]> = scenes.iter().map(pictures).collect();
+    let frames: Vec<[Image; 5]> = scenes.iter().map(pictures).collect();
     let visible: Vec<Vec<bool>> = scenes.iter().map(|scene| scene.truth.visible()).collect();
     let seen: Vec<usize> = (0..160 * 120)
         .filter(|&i| visible.iter().all(|v| v[i]))
@@ -137,7 +129,7 @@ fn flicker(from: f64, to: f64) -> [f64; 6] {
 }
 
 /// By how much each of the two upright edges of a card is shown too far out, px of the new picture.
-fn fattening(scale: f64) -> [f64; 6] {
+fn fattening(scale: f64) -> [f64; 5] {
     const HALF: f64 = 0.7;
     const TILT: f64 = 0.05;
     // One colour each: what is shown of the card is how red a row is.

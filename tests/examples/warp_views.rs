@@ -13,7 +13,7 @@ use resample_tests::warps::measure::{WarpFigures, measure};
 use resample_tests::warps::pairs::{PAIRS, pair};
 use resample_tests::warps::scenes::{AnalyticScene, camera};
 use resample_tests::warps::truth::{SCENES, WarpScene};
-use warp3d::{Fill, Frame, Method, MixedPixels, SurfaceOptions, WarpOptions, Warper};
+use warp3d::{Fill, Frame, Method, WarpOptions, Warper};
 
 /// Timed frames if none are asked for.
 const FRAMES: usize = 5;
@@ -102,16 +102,6 @@ fn settings() -> Vec<(&'static str, WarpOptions)> {
         ("points", of(Method::POINTS)),
         ("splats", of(Method::SPLATS)),
         ("hybrid", of(Method::HYBRID)),
-        (
-            "hybrid, mixed keep",
-            of(Method::Hybrid {
-                surfaces: SurfaceOptions {
-                    mixed: MixedPixels::Keep,
-                    ..SurfaceOptions::default()
-                },
-                subpixels: 4,
-            }),
-        ),
         (
             "hybrid, fill background",
             WarpOptions {

@@ -10,8 +10,8 @@ use resample_mesh::{Error, Scene, input};
 
 pub use resample_mesh::input::*;
 
+use crate::prepare::maps::{Pictures, VaryingMetals};
 use crate::prepare::mip;
-use crate::prepare::usage::{Pictures, VaryingMetals};
 
 /// Reads a mesh file as [`resample_mesh::load`] does.
 ///

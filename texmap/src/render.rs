@@ -13,12 +13,11 @@ use crate::options::RenderOptions;
 use crate::paper::pixel_look_ups;
 use crate::prepare::Prepared;
 use crate::project::cull::{InView, cull};
-use crate::screen::padded_tile::Window;
-use crate::screen::padded_tile::{TILE_WIDTH, tile_grid};
+use crate::screen::{TILE_WIDTH, Window, tile_grid};
 use crate::stats::FrameStats;
-use crate::tile::draw::{StageBuffers, draw_tile};
 use crate::tile::planes::add_planes;
 use crate::tile::task::{FrameView, TileImage, near_key};
+use crate::tile::{StageBuffers, draw_tile};
 use crate::visibility::filter::PixelFilter;
 use crate::{Error, Scene};
 

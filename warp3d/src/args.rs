@@ -7,9 +7,7 @@ use clap::{Args, ValueEnum};
 use resample_core::simd::SimdLevel;
 
 use crate::Error;
-use crate::options::{
-    Blend, Fill, Method, MixedPixels, SurfaceOptions, SurfaceTolerance, Visibility, WarpOptions,
-};
+use crate::options::{Fill, Method, SurfaceTolerance, Visibility, WarpOptions};
 
 /// The options of a warp, as words of a command line give them.
 #[derive(Args, Clone, Debug, PartialEq)]
@@ -27,15 +25,9 @@ pub struct WarpArgs {
     /// Depth jumps larger than this part of inverse depth separate surfaces [default: from the steps of the depth itself]
     #[arg(long, value_name = "PART")]
     pub tolerance: Option<f32>,
-    /// Treatment of pixels that blend two surfaces [default: unmix]
-    #[arg(long, value_enum)]
-    pub mixed: Option<MixedPixels>,
     /// Sub-pixels along a pixel's side at depth edges, 1 to 8, of the method hybrid [default: 4]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8))]
     pub subpixels: Option<u32>,
-    /// How several references become one picture
-    #[arg(long, value_enum, default_value_t = Blend::Weighted)]
-    pub combine: Blend,
     /// SIMD level. Levels differ by rounding only; one level gives the same bytes on every machine
     #[arg(long, value_enum, default_value = "auto")]
     pub vector_level: SimdLevel,
@@ -69,7 +61,6 @@ impl WarpArgs {
         let options = WarpOptions {
             method: self.method()?,
             fill: self.fill,
-            blend: self.combine,
             simd: self.vector_level,
             ..WarpOptions::default()
         };
@@ -83,7 +74,6 @@ impl WarpArgs {
         let given = [
             ("visibility", self.visibility.is_some() && !nearest),
             ("tolerance", self.tolerance.is_some() && nearest),
-            ("mixed", self.mixed.is_some() && nearest),
             ("subpixels", self.subpixels.is_some() && !hybrid),
         ];
         if let Some((option, _)) = given.iter().find(|(_, misplaced)| *misplaced) {
@@ -93,18 +83,15 @@ impl WarpArgs {
                 "{option} does not apply to the method {name}"
             )));
         }
-        let surfaces = SurfaceOptions {
-            tolerance: self.tolerance(),
-            mixed: self.mixed.unwrap_or(MixedPixels::Unmix),
-        };
+        let tolerance = self.tolerance();
         Ok(match self.method {
             MethodName::Nearest => Method::Nearest {
                 visibility: self.visibility.unwrap_or(Visibility::ZBuffer),
             },
-            MethodName::Points => Method::Points { surfaces },
-            MethodName::Splats => Method::Splats { surfaces },
+            MethodName::Points => Method::Points { tolerance },
+            MethodName::Splats => Method::Splats { tolerance },
             MethodName::Hybrid => Method::Hybrid {
-                surfaces,
+                tolerance,
                 subpixels: self.subpixels.unwrap_or(4),
             },
         })
@@ -146,7 +133,6 @@ mod tests {
         for words in [
             ["--method", "hybrid", "--visibility", "zbuffer"],
             ["--method", "nearest", "--tolerance", "0.1"],
-            ["--method", "nearest", "--mixed", "keep"],
             ["--method", "points", "--subpixels", "2"],
         ] {
             let error = read(&words).expect_err("refused").to_string();

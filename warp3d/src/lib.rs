@@ -50,10 +50,7 @@ pub mod memory;
 
 #[cfg(feature = "clap")]
 pub use args::WarpArgs;
-pub use options::{
-    Blend, ExtraPlanes, Fill, Method, MixedPixels, SurfaceOptions, SurfaceTolerance, Visibility,
-    WarpOptions,
-};
+pub use options::{ExtraPlanes, Fill, Method, SurfaceTolerance, Visibility, WarpOptions};
 pub use resample_core::clock::StageTime;
 pub use resample_core::{Error, Reuse};
 pub use stats::{FrameStats, StageTimes};

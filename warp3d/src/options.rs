@@ -16,8 +16,6 @@ pub struct WarpOptions {
     pub method: Method,
     /// Filling of holes.
     pub fill: Fill,
-    /// How several references become one picture.
-    pub blend: Blend,
     /// The planes `filled` and `confidence` of the picture.
     pub planes: ExtraPlanes,
     /// Vector instructions: the best of this CPU, or fewer, for tests.
@@ -39,34 +37,21 @@ pub enum Method {
     },
     /// Every sample is a point gathered by the pixel's Gaussian: holes where samples are magnified.
     Points {
-        /// The joining of samples to surfaces.
-        #[cfg_attr(feature = "serde", serde(flatten))]
-        surfaces: SurfaceOptions,
+        /// When two neighbours are on one surface.
+        tolerance: SurfaceTolerance,
     },
     /// Every sample is a disc in its tangent plane, without a pixel filter: minified ones alias.
     Splats {
-        /// The joining of samples to surfaces.
-        #[cfg_attr(feature = "serde", serde(flatten))]
-        surfaces: SurfaceOptions,
+        /// When two neighbours are on one surface.
+        tolerance: SurfaceTolerance,
     },
     /// Surfaces are projected forward and resolved at sub-pixels; colour is reconstructed where they are seen.
     Hybrid {
-        /// The joining of samples to surfaces.
-        #[cfg_attr(feature = "serde", serde(flatten))]
-        surfaces: SurfaceOptions,
+        /// When two neighbours are on one surface.
+        tolerance: SurfaceTolerance,
         /// Sub-pixels along a pixel's side at which coverage is resolved near depth edges: 1 to 8.
         subpixels: u32,
     },
-}
-
-/// The joining of a reference's samples to surfaces, and the treatment of those that blend two surfaces.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct SurfaceOptions {
-    /// When two neighbours are on one surface.
-    pub tolerance: SurfaceTolerance,
-    /// Treatment of reference pixels that blend two surfaces.
-    pub mixed: MixedPixels,
 }
 
 /// How the method `Nearest` keeps hidden samples out.
@@ -118,36 +103,6 @@ pub enum SurfaceTolerance {
     Relative(f32),
 }
 
-/// Treatment of reference pixels that blend two surfaces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "kebab-case")
-)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum MixedPixels {
-    /// Used as they are: a rim of the other surface's colour travels with them
-    Keep,
-    /// Detected beside depth edges and replaced by the colour of their own surface
-    Unmix,
-}
-
-/// How several references become one picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "kebab-case")
-)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum Blend {
-    /// Weighted by baseline, resolution and agreement of depth
-    Weighted,
-    /// The best one at each pixel
-    Best,
-}
-
 /// Planes of a picture beside colour and depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
@@ -167,24 +122,10 @@ impl Default for WarpOptions {
         Self {
             method: Method::HYBRID,
             fill: Fill::None,
-            blend: Blend::Weighted,
             planes: ExtraPlanes::FilledAndConfidence,
             simd: SimdLevel::Auto,
         }
     }
-}
-
-impl Default for SurfaceOptions {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
-impl SurfaceOptions {
-    const DEFAULT: Self = Self {
-        tolerance: SurfaceTolerance::Auto,
-        mixed: MixedPixels::Unmix,
-    };
 }
 
 impl Method {
@@ -194,34 +135,35 @@ impl Method {
     };
     /// [`Method::Points`] with its defaults.
     pub const POINTS: Self = Self::Points {
-        surfaces: SurfaceOptions::DEFAULT,
+        tolerance: SurfaceTolerance::Auto,
     };
     /// [`Method::Splats`] with its defaults.
     pub const SPLATS: Self = Self::Splats {
-        surfaces: SurfaceOptions::DEFAULT,
+        tolerance: SurfaceTolerance::Auto,
     };
     /// [`Method::Hybrid`] with its defaults.
     pub const HYBRID: Self = Self::Hybrid {
-        surfaces: SurfaceOptions::DEFAULT,
+        tolerance: SurfaceTolerance::Auto,
         subpixels: 4,
     };
 
     /// Every method with its defaults, for tests and tables that sweep over them.
     pub const ALL: [Self; 4] = [Self::NEAREST, Self::POINTS, Self::SPLATS, Self::HYBRID];
 
-    /// How the method finds surfaces; `None` for a method that needs no surfaces.
-    pub fn surfaces(&self) -> Option<SurfaceOptions> {
+    /// When two neighbours are on one surface; `None` for a method that needs no surfaces.
+    pub fn tolerance(&self) -> Option<SurfaceTolerance> {
         match *self {
             Self::Nearest { .. } => None,
-            Self::Points { surfaces } | Self::Splats { surfaces } => Some(surfaces),
-            Self::Hybrid { surfaces, .. } => Some(surfaces),
+            Self::Points { tolerance }
+            | Self::Splats { tolerance }
+            | Self::Hybrid { tolerance, .. } => Some(tolerance),
         }
     }
 
     /// Returns true if what one method prepares serves the other too.
     pub(crate) fn prepares_as(&self, other: &Self) -> bool {
         std::mem::discriminant(self) == std::mem::discriminant(other)
-            && self.surfaces() == other.surfaces()
+            && self.tolerance() == other.tolerance()
     }
 }
 
@@ -253,8 +195,7 @@ impl WarpOptions {
                 "the number of sub-pixels is {n}, expected 1 to 8"
             )));
         }
-        let tolerance = self.method.surfaces().map(|surfaces| surfaces.tolerance);
-        match tolerance {
+        match self.method.tolerance() {
             Some(SurfaceTolerance::Relative(t)) if !(t > 0.0 && t < 1.0) => {
                 Err(Error::Option(format!(
                     "the surface tolerance is {t}, expected a part of inverse depth above 0 and below 1"

@@ -4,13 +4,12 @@ use rayon::prelude::*;
 use resample_core::Camera;
 
 use crate::Reference;
-use crate::options::{MixedPixels, SurfaceOptions};
+use crate::options::SurfaceTolerance;
 use crate::project::{Quarters, Segments};
-use crate::surfaces::colour_samples::Colours;
+use crate::surfaces::colours::{Colours, solve};
 use crate::surfaces::input_copy::{TakenColours, TakenDepths};
 use crate::surfaces::rims::{Rims, clean};
 use crate::surfaces::sharpen_edges::{Edges, sharpened_in_bands};
-use crate::surfaces::spline::solve;
 use crate::surfaces::surface::Surfaces;
 
 /// A reference made ready for the hybrid. The colours and depths that were given follow from it, bit by bit.
@@ -32,7 +31,7 @@ pub(crate) struct Prepared {
 impl Prepared {
     /// Finds surfaces and edges of `reference`, whose depth is made sharp where it is soft. Each buffer of a number a sample is let
     /// go as soon as it can be.
-    pub(crate) fn new(reference: Reference, options: &SurfaceOptions) -> Self {
+    pub(crate) fn new(reference: Reference, tolerance: SurfaceTolerance) -> Self {
         let Reference {
             camera,
             colour,
@@ -44,7 +43,7 @@ impl Prepared {
             Edges::Sharp => depth.clone(),
             edges => sharpened_in_bands(camera.projection, (&depth, &colour), width, edges),
         };
-        let mut surfaces = Surfaces::new(&camera, sharp, options.tolerance);
+        let mut surfaces = Surfaces::new(&camera, sharp, tolerance);
         let depths = TakenDepths::new(camera.projection, &depth, &mut surfaces);
         drop(depth);
         let (taken, mut samples) = TakenColours::new(colour);
@@ -52,11 +51,8 @@ impl Prepared {
             // A NaN or an infinity times a weight of 0 is NaN, which would spread.
             *rgb = rgb.map(|v| if v.is_finite() { v } else { 0.0 });
         });
-        let cuts = match options.mixed {
-            MixedPixels::Keep => Rims::half_way(&surfaces),
-            MixedPixels::Unmix => Rims::unmixed(&surfaces, &mut samples),
-        };
-        if options.mixed == MixedPixels::Unmix && edges != Edges::Sharp {
+        let cuts = Rims::unmixed(&surfaces, &mut samples);
+        if edges != Edges::Sharp {
             clean(&surfaces, &mut samples);
         }
         let reach = |s: &Surfaces, index, axis, towards| cuts.to_edge(s, index, axis, towards);

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use resample_core::clock::StageClock;
 use resample_core::{Camera, Image, Plane, Reuse};
 
-use crate::fill::blend::blend;
+use crate::fill::blend;
 use crate::fill::extrapolate::View;
 use crate::fill::holes::fill;
 use crate::hybrid::{How, Hybrid};
@@ -14,9 +14,9 @@ use crate::paper::splat;
 use crate::paper::splat::Shape;
 use crate::prepared::Prepared;
 use crate::stats::FrameStats;
-use crate::surfaces::piece::MAX_CELLS;
+use crate::surfaces::surface::MAX_CELLS;
 use crate::view::layer::{Layer, Purpose};
-use crate::view::units::{counted_in, length_of, scaled};
+use crate::view::reference::{counted_in, length_of, scaled};
 use crate::{Error, Reference, resolve};
 
 /// The plane that says how well each pixel is seen.
@@ -137,6 +137,7 @@ impl Warper {
         let view = View {
             camera: &camera,
             references: self.cameras.clone(),
+            level: self.options.simd.resolve(),
         };
         let image = finished(&mut layer, &view, &self.options, &mut stats);
         self.pipeline.spare = layer;
@@ -158,7 +159,7 @@ impl Warper {
         let layers: Vec<Layer> = layers.collect();
         let clock = StageClock::start();
         let pixels = camera.width as usize * camera.height as usize;
-        let layer = blend(layers, &references, &camera, self.options.blend);
+        let layer = blend(layers, &references, &camera);
         let mut layer = layer.unwrap_or_else(|| Layer::empty(pixels));
         if self.length != 1.0 {
             scaled(&mut layer.depth, self.length);
@@ -222,13 +223,13 @@ fn seen(layer: &mut Layer, confidence: bool) -> u64 {
 
 impl Pipeline {
     fn new(references: impl Iterator<Item = Reference>, options: &WarpOptions) -> Self {
-        let Some(surfaces) = options.method.surfaces() else {
+        let Some(tolerance) = options.method.tolerance() else {
             return Self {
                 references: references.collect(),
                 ..Self::default()
             };
         };
-        let prepared = references.map(|reference| Prepared::new(reference, &surfaces));
+        let prepared = references.map(|reference| Prepared::new(reference, tolerance));
         Self {
             prepared: prepared.collect(),
             ..Self::default()

@@ -84,7 +84,7 @@ pub(in crate::args) const PAPER: &str = "The paper's methods";
 const OF_PAPER: &[&str] = &["order", "cells", "cell_error", "opacity", "visibility"];
 
 /// Options that no picture needs: they are there for comparison and measurement.
-const RESEARCH: &[&str] = &["vector_level", "mixed", "combine"];
+const RESEARCH: &[&str] = &["vector_level"];
 
 /// As `-h` shows it for volumes.
 pub(super) fn volsplat(arg: Arg) -> Arg {

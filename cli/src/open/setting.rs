@@ -8,7 +8,7 @@ use anyhow::{Result, bail};
 use resample_core::{FootprintMode, KernelShape, SelectMode};
 use volsplat::{Classify, Interpolate, Subpixels};
 use warp3d::args::MethodName;
-use warp3d::{Fill, MixedPixels, Visibility, WarpArgs};
+use warp3d::{Fill, Visibility, WarpArgs};
 
 use crate::args::volume::order;
 use crate::args::{CellsName, Drawing, Given, OrderName, RenderArgs};
@@ -83,8 +83,6 @@ pub enum DepthChoice {
     Visibility(Visibility),
     /// `--subpixels`.
     Subpixels(u32),
-    /// `--mixed`.
-    Mixed(MixedPixels),
     /// `--fill`.
     Fill(Fill),
 }
@@ -123,7 +121,6 @@ impl Choice {
             Self::Depth(DepthChoice::Method(method)) => ("method", word(*method)),
             Self::Depth(DepthChoice::Visibility(rule)) => ("visibility", word(*rule)),
             Self::Depth(DepthChoice::Subpixels(count)) => ("subpixels", count.to_string()),
-            Self::Depth(DepthChoice::Mixed(mixed)) => ("mixed", word(*mixed)),
             Self::Depth(DepthChoice::Fill(fill)) => ("fill", word(*fill)),
         }
     }
@@ -181,7 +178,6 @@ impl DepthChoice {
             Self::Method(method) => args.method = method,
             Self::Visibility(rule) => args.visibility = Some(rule),
             Self::Subpixels(count) => args.subpixels = Some(count),
-            Self::Mixed(mixed) => args.mixed = Some(mixed),
             Self::Fill(fill) => args.fill = fill,
         }
     }
@@ -382,7 +378,6 @@ mod tests {
             DepthChoice::Method(MethodName::Nearest),
             DepthChoice::Visibility(Visibility::OcclusionOrder),
             DepthChoice::Subpixels(8),
-            DepthChoice::Mixed(MixedPixels::Keep),
             DepthChoice::Fill(Fill::Background),
         ] {
             check(&["warp3d", "a.png", "a.pfm"], choice);

@@ -50,7 +50,7 @@ fn tables_over_built_in_scenes_have_a_row_for_each_setting() {
         ("footprint", 12),
         ("orders", 15),
         ("texture", 8),
-        ("warp", 7),
+        ("warp", 6),
     ] {
         let output = bench.run(&format!("bench {table} --reps 1 --size 48x36 --quiet"));
         assert_eq!(

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use resample_core::{Camera, Image};
 use resample_tests::warps::scenes::{AnalyticScene, camera};
-use warp3d::{Error, Fill, Method, Reference, SurfaceOptions, WarpOptions, Warper};
+use warp3d::{Error, Fill, Method, Reference, SurfaceTolerance, WarpOptions, Warper};
 
 const SIZE: [u32; 2] = [64, 48];
 
@@ -260,7 +260,7 @@ fn bad_references_are_refused_with_a_reason() {
     assert!(refused(Vec::new(), &WarpOptions::default()).contains("at least one reference"));
     let ninefold = WarpOptions {
         method: Method::Hybrid {
-            surfaces: SurfaceOptions::default(),
+            tolerance: SurfaceTolerance::Auto,
             subpixels: 9,
         },
         ..WarpOptions::default()

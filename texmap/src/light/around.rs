@@ -8,7 +8,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x8, f32x16, i32x16};
 use glam::{Vec3, Vec4};
 
-use crate::screen::lanes::{LANES, Lanes};
+use crate::screen::{LANES, Lanes};
 
 /// Roughnesses for which radiance is kept: 0, 1/12, ..., 1.
 pub(crate) const LEVELS: usize = 13;

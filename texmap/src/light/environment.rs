@@ -11,11 +11,9 @@ use glam::{Quat, Vec3, Vec4};
 use rayon::prelude::*;
 use resample_mesh::scene::Surroundings;
 
-use super::around::{Blurred, LEVELS};
-use super::around::{direction_of_texel, folded, square_from_direction};
-use super::reflectance::{Reflectance, half_vector, visibility};
-use super::suns::Sun;
-use super::{studio, suns};
+use crate::light::around::{Blurred, LEVELS, direction_of_texel, folded, square_from_direction};
+use crate::light::reflectance::{Reflectance, half_vector, visibility};
+use crate::light::suns::{self, Sun};
 
 /// Texels along the sides of the maps: a lobe spans a few texels of its own.
 const SIDES: [usize; LEVELS] = [256, 256, 128, 128, 64, 64, 32, 32, 32, 32, 32, 32, 32];
@@ -44,7 +42,7 @@ pub(crate) struct Environment {
 
 /// Radiance on the octahedral square, with a border of one texel.
 #[derive(Clone, Debug)]
-pub(crate) struct Map {
+struct Map {
     /// Texels along a side, without the border.
     pub(crate) side: usize,
     /// Rows of `side` + 2 texels.
@@ -96,7 +94,7 @@ impl Map {
     /// The studio, or a picture, as it is.
     fn sharp(picture: Option<&Surroundings>, turn: Quat) -> Self {
         match picture {
-            None => Self::new(SIDES[0], |d| studio::radiance(turn * d)),
+            None => Self::new(SIDES[0], |d| radiance(turn * d)),
             Some(picture) => {
                 // As many looks at the picture as it has pixels in a texel.
                 let side = (2 * picture.height.next_power_of_two()).clamp(64, PICTURE_SIDE);
@@ -290,6 +288,100 @@ fn seen(picture: &Surroundings, d: Vec3) -> Vec3 {
     let (x, y) = (x0 as isize, y0 as isize);
     let row = |y: isize| texel(x, y).lerp(texel(x + 1, y), across - x0);
     row(y).lerp(row(y + 1), down - y0)
+}
+
+// The built-in surroundings: a neutral studio, grey walls with soft lamps.
+//
+// A formula, so that it has no file. Every lamp is a smooth step in the angle from its middle, so that a chrome ball shows
+// no jagged rim. Colours are grey: a white matt surface stays white. Sizes and strengths are guesses, chosen by eye on
+// real models and scaled so that white matt surfaces shine 0.4 to 0.9.
+
+/// A lamp: a rectangle on the unit cube's face that `towards` points at, with soft edges.
+struct Lamp {
+    towards: Vec3,
+    /// Half of its width and height at distance 1.
+    half: [f32; 2],
+    /// How far its edge reaches, at distance 1.
+    soft: f32,
+    radiance: f32,
+}
+
+/// A key light from the upper left, a fill from the right, a strip behind, and one overhead.
+const LAMPS: [Lamp; 5] = [
+    Lamp {
+        towards: Vec3::new(-0.65, 0.6, 0.75),
+        half: [0.5, 0.4],
+        soft: 0.12,
+        radiance: 3.6,
+    },
+    Lamp {
+        towards: Vec3::new(1.0, 0.25, 0.4),
+        half: [0.3, 0.65],
+        soft: 0.15,
+        radiance: 1.2,
+    },
+    Lamp {
+        towards: Vec3::new(0.5, 0.45, -1.0),
+        half: [0.6, 0.25],
+        soft: 0.12,
+        radiance: 2.2,
+    },
+    Lamp {
+        towards: Vec3::new(-0.9, 0.1, -0.7),
+        half: [0.2, 0.6],
+        soft: 0.12,
+        radiance: 1.6,
+    },
+    Lamp {
+        towards: Vec3::new(0.05, 1.0, -0.1),
+        half: [0.6, 0.6],
+        soft: 0.3,
+        radiance: 1.3,
+    },
+];
+
+/// Radiance of the walls at the floor, at the horizon and overhead.
+const WALLS: [f32; 3] = [0.12, 0.3, 0.42];
+
+/// Radiance that comes from a direction of unit length.
+pub(crate) fn radiance(direction: Vec3) -> Vec3 {
+    let [floor, horizon, ceiling] = WALLS;
+    let up = direction.y;
+    let mut sum = if up < 0.0 {
+        horizon + (floor - horizon) * smooth(0.0, 0.6, -up)
+    } else {
+        horizon + (ceiling - horizon) * smooth(0.0, 1.0, up)
+    };
+    for lamp in &LAMPS {
+        sum += lamp.radiance * lamp.share(direction);
+    }
+    Vec3::splat(sum)
+}
+
+impl Lamp {
+    fn share(&self, direction: Vec3) -> f32 {
+        let forward = self.towards.normalize();
+        let side = if forward.y.abs() > 0.9 {
+            Vec3::X
+        } else {
+            forward.cross(Vec3::Y).normalize()
+        };
+        let above = side.cross(forward);
+        let depth = direction.dot(forward);
+        if depth <= 0.0 {
+            return 0.0;
+        }
+        let within = |at: f32, half: f32| {
+            1.0 - smooth(half - self.soft, half + self.soft, (at / depth).abs())
+        };
+        within(direction.dot(side), self.half[0]) * within(direction.dot(above), self.half[1])
+    }
+}
+
+/// From 0 at `low` to 1 at `high`, flat at both ends.
+fn smooth(low: f32, high: f32, at: f32) -> f32 {
+    let t = ((at - low) / (high - low)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
 }
 
 #[cfg(test)]

@@ -2,12 +2,8 @@
 
 mod around;
 mod environment;
-mod lobes;
 pub(crate) mod physical;
 mod reflectance;
-mod small_lights;
-mod stretched;
-mod studio;
 mod suns;
 pub(crate) mod tangents;
 

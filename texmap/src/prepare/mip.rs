@@ -12,11 +12,10 @@ use std::sync::Arc;
 
 use glam::Vec4;
 
-use crate::prepare::halving::halved;
-use crate::prepare::level::{LINEAR, narrowed, padded, stride};
+use crate::prepare::level::{LINEAR, halved, narrowed, padded, stride};
 pub(crate) use crate::prepare::level::{Level, LevelTexels, UNIT, linear};
 use crate::prepare::maps;
-pub(crate) use crate::prepare::usage::TexelUse;
+pub(crate) use crate::prepare::maps::TexelUse;
 use resample_mesh::scene::{Magnify, Texels, Texture, Wrap};
 
 /// A texture as one or more materials use it, with all its levels.
@@ -100,7 +99,7 @@ fn decoded(
                 alpha,
             },
         ) => {
-            let metals = maps::metals((texture, alpha), (&pictures[picture], wrap));
+            let metals = maps::weighted_by_metal((texture, alpha), (&pictures[picture], wrap));
             match of_base {
                 Texels::Srgb8(_) => unorm(padded(&metals, size, |t| narrowed(*t))),
                 Texels::LinearF32(_) => (LevelTexels::Float(padded(&metals, size, |t| *t)), stride),

@@ -1,17 +1,14 @@
 //! A scene as the renderer keeps it: meshes with texture coordinates in texels, materials, pyramids.
 //!
 //! Takes a [`Scene`], once. A picture that several materials use in one way is decoded once. In the order of use: pictures that
-//! replace those of the file (`textures`), maps of light (`maps`), the use of pictures in materials (`usage`), mip
-//! levels (`level`, `halving`, `mip`), triangles that share an edge (`adjacency`), borders of charts (`charts`), and
-//! triangles whose emission is black (`no_emission`).
+//! replace those of the file (`textures`), the use of pictures in materials and maps of light (`maps`), mip
+//! levels (`level`, `mip`), triangles that share an edge and borders of charts (`charts`), and triangles whose emission is
+//! black (`no_emission`).
 
 pub(crate) mod textures;
 pub(crate) mod maps;
-pub(crate) mod usage;
 pub(crate) mod level;
-pub(crate) mod halving;
 pub(crate) mod mip;
-pub(crate) mod adjacency;
 pub(crate) mod charts;
 pub(crate) mod no_emission;
 
@@ -22,12 +19,11 @@ use glam::{DVec2, DVec3, Vec3, Vec4};
 use crate::light::Environment;
 use crate::light::tangents::{self, Tangents};
 use crate::options::{RenderOptions, Shade};
-use crate::prepare::adjacency::{Neighbour, neighbours};
-use crate::prepare::charts::Charts;
+use crate::prepare::charts::{Charts, Neighbour, neighbours};
+pub(crate) use crate::prepare::maps::{MAPS, METALS, NORMALS, OCCLUSION, ROUGHNESS};
+use crate::prepare::maps::{Pictures, TexelUse, Used, VaryingMetals, per_base};
 use crate::prepare::mip::Pyramid;
 use crate::prepare::no_emission::black_around;
-pub(crate) use crate::prepare::usage::{MAPS, METALS, NORMALS, OCCLUSION, ROUGHNESS};
-use crate::prepare::usage::{Pictures, TexelUse, Used, VaryingMetals, per_base};
 use resample_mesh::scene::{
     AlphaMode, Lighting, Magnify, Material, Mesh, Scene, Sides, TextureUse, Wrap,
 };

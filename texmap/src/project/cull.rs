@@ -13,7 +13,7 @@ use resample_core::{Camera, Projection};
 use resample_mesh::scene::Sides;
 
 use crate::prepare::{Prepared, PreparedMesh};
-use crate::screen::padded_tile::{REACH_PX, tile_grid};
+use crate::screen::{REACH_PX, tile_grid};
 use crate::stats::FrameStats;
 
 /// Triangles of one task.

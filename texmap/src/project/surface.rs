@@ -4,6 +4,8 @@
 //! give it back exactly. Planes are in f32, relative to the tile and to whole periods of the texture, so that neither
 //! a picture far from the eye nor a texture repeated a million times loses digits.
 
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
 use glam::{DMat3, DVec2, DVec3, Vec3, Vec4};
 use resample_core::light::{AMBIENT, DIFFUSE};
 use resample_core::{Camera, Projection};
@@ -14,8 +16,7 @@ use crate::prepare::{
     LightKind, LightMap, MAPS, NORMALS, Prepared, PreparedMaterial, PreparedMesh,
 };
 use crate::project::cull::{Facing, ScreenTriangle};
-use crate::screen::padded_tile::{SPAN_HEIGHT, SPAN_WIDTH};
-use crate::screen::plane::{Plane, moved, narrow, value};
+use crate::screen::{IOTA, LANES, Lanes, Plane, SPAN_HEIGHT, SPAN_WIDTH, moved, narrow, value};
 
 /// A texture's coordinates over the tile.
 #[derive(Clone, Copy, Debug)]
@@ -293,7 +294,7 @@ impl Surface {
     }
 
     /// Unit normal in the world towards the eye; zero where the normals cancel.
-    pub(crate) fn normal_at(&self, at: [f32; 2]) -> Vec3 {
+    fn normal_at(&self, at: [f32; 2]) -> Vec3 {
         let n = &self.normal;
         Vec3::new(value(&n[0], at), value(&n[1], at), value(&n[2], at)).normalize_or_zero()
     }
@@ -362,4 +363,78 @@ fn period_start(scene: &Prepared, pyramid: usize, axis: usize, here: f64) -> f64
     };
     let start = (here / period).floor() * period;
     if start.is_finite() { start } else { 0.0 }
+}
+
+/// Up to sixteen positions, px from the corner of the tile's border. Those beyond `count` are any numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Batch {
+    pub(crate) x: Lanes,
+    pub(crate) y: Lanes,
+    pub(crate) count: usize,
+}
+
+impl Batch {
+    /// Positions a pixel apart.
+    #[inline(always)]
+    pub(crate) fn along<S: Simd>(simd: S, first_px: [f32; 2], count: usize) -> Self {
+        let x = f32x16::from_slice(simd, &IOTA) + f32x16::splat(simd, first_px[0]);
+        let mut batch = Self {
+            x: [0.0; LANES],
+            y: [first_px[1]; LANES],
+            count: count.min(LANES),
+        };
+        x.store_slice(&mut batch.x);
+        batch
+    }
+
+    /// The k-th position.
+    #[inline(always)]
+    pub(crate) fn at(&self, k: usize) -> [f32; 2] {
+        [self.x[k], self.y[k]]
+    }
+
+    /// A plane's values.
+    #[inline(always)]
+    pub(crate) fn on<S: Simd>(&self, simd: S, plane: &Plane) -> f32x16<S> {
+        let [x, y] = [&self.x, &self.y].map(|lanes| f32x16::from_slice(simd, lanes));
+        let splat = |x: f32| f32x16::splat(simd, x);
+        splat(plane[0]) * x + splat(plane[1]) * y + splat(plane[2])
+    }
+
+    /// The values of three planes.
+    #[inline(always)]
+    pub(crate) fn on_3<S: Simd>(&self, simd: S, [a, b, c]: &[Plane; 3]) -> [f32x16<S>; 3] {
+        [self.on(simd, a), self.on(simd, b), self.on(simd, c)]
+    }
+
+    /// The light that the surface reflects, as a factor of its colour.
+    #[inline(always)]
+    pub(crate) fn light<S: Simd>(
+        &self,
+        simd: S,
+        (surface, tile): (&Surface, &TileView),
+    ) -> f32x16<S> {
+        let splat = |x: f32| f32x16::splat(simd, x);
+        let zero = splat(0.0);
+        let towards = match surface.light {
+            Light::None | Light::Surroundings => return splat(1.0),
+            Light::Eye => {
+                let [x, y, z] = self.on_3(simd, &tile.rays);
+                [zero - x, zero - y, zero - z]
+            }
+            Light::Distant(direction) => {
+                [splat(direction.x), splat(direction.y), splat(direction.z)]
+            }
+        };
+        let normal = self.on_3(simd, &surface.normal);
+        let (mut cosine, mut normal2, mut towards2) = (zero, zero, zero);
+        for axis in 0..3 {
+            cosine += normal[axis] * towards[axis];
+            normal2 += normal[axis] * normal[axis];
+            towards2 += towards[axis] * towards[axis];
+        }
+        let lengths = (normal2 * towards2).sqrt();
+        let cosine = lengths.simd_gt(zero).select(cosine / lengths, zero);
+        splat(AMBIENT) + splat(DIFFUSE) * cosine.max(zero)
+    }
 }

@@ -13,9 +13,9 @@ use resample_core::simd::Vectors;
 use resample_mesh::scene::Magnify;
 
 use crate::prepare::mip::{Level, Pyramid};
-use crate::texture::ellipse::{Covariance, TexelEllipse};
-use crate::texture::ellipse::{Gathered, PIXEL_VARIANCE, PixelOnTexture};
-use crate::texture::sums::MOST_TOGETHER;
+use crate::texture::ellipse::{
+    Covariance, Gathered, MOST_TOGETHER, PIXEL_VARIANCE, PixelOnTexture, TexelEllipse,
+};
 
 /// Where the Gaussian is cut, standard deviations. The covariance is widened before by what the cut takes away.
 const CUT: f32 = 3.25;

@@ -18,18 +18,14 @@ use fearless_simd_macros::simd;
 use resample_core::dispatch;
 use resample_mesh::scene::AlphaMode;
 
-use crate::project::batch::Batch;
-use crate::project::surface::{Surface, UvAt, UvPlanes};
-use crate::screen::lanes::LANES;
-use crate::screen::padded_tile::{
-    BORDER_PX, NONE, SPAN_HEIGHT, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH,
+use crate::project::surface::{Batch, Surface, UvAt, UvPlanes};
+use crate::screen::{
+    BORDER_PX, LANES, NONE, SPAN_HEIGHT, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH, value,
 };
-use crate::screen::plane::value;
 use crate::texture::ellipse::PixelOnTexture;
 use crate::texture::points::is_minified;
-use crate::tile::cells::{Cell, Cells};
 use crate::tile::task::{Tile, centre_px, subpixel_px};
-use crate::tile::visible::Visible;
+use crate::tile::visible::{Cell, Cells, Visible};
 use crate::visibility::edges::Edges;
 use crate::visibility::filter::{AROUND, PixelFilter, around};
 

@@ -12,14 +12,10 @@ use resample_core::{Image, Plane, Projection, dispatch};
 
 use crate::options::{PlaneKind, RenderOptions};
 use crate::project::surface::Surface;
-use crate::screen::lanes::IOTA;
-use crate::screen::padded_tile::Window;
-use crate::screen::padded_tile::{TILE_HEIGHT, TILE_WIDTH};
-use crate::screen::plane::Plane as Linear;
-use crate::tile::cells::{Cell, Cells};
+use crate::screen::{IOTA, Plane as Linear, TILE_HEIGHT, TILE_WIDTH, Window};
 use crate::tile::points::DirectPixels;
 use crate::tile::task::{Tile, TileImage, centre_px};
-use crate::tile::visible::Visible;
+use crate::tile::visible::{Cell, Cells, Visible};
 use crate::visibility::Visibility;
 use crate::visibility::edges::Edges;
 use crate::visibility::fragments::{Fragments, LEAST_WEIGHT};

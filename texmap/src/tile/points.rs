@@ -4,14 +4,19 @@
 //! pixel's Gaussian filters them down, so that each surface counts by its own coverage and nothing hidden counts. Both are
 //! the same sum of texels to within the errors stated in their modules, so there is no seam between them.
 
-use crate::screen::padded_tile::{SPAN_HEIGHT, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
-use crate::texture::points::gather_minified;
-use crate::tile::cells::{Cell, Cells};
-use crate::tile::patches::Patches;
-use crate::tile::pixel_light::LightBatch;
-use crate::tile::pixel_textures::{patch_colour, patch_sample, pixel_colour, pixel_sample};
+use glam::Vec4;
+use resample_core::simd::Vectors;
+
+use crate::prepare::mip::Pyramid;
+use crate::prepare::{MAPS, NORMALS};
+use crate::project::surface::{MapPlanes, Surface, UvAt, UvPlanes};
+use crate::screen::{SPAN_HEIGHT, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
+use crate::texture::ellipse::{Gathered, MOST_TOGETHER, PixelOnTexture};
+use crate::texture::points::{gather_minified, gather_together, is_minified};
+use crate::tile::light::{LightBatch, SurfaceSample, lit, shaded};
+use crate::tile::patches::{Patch, Patches};
 use crate::tile::task::{Tile, centre_px};
-use crate::tile::visible::Visible;
+use crate::tile::visible::{Cell, Cells, Visible};
 use crate::visibility::edges::Edges;
 use crate::visibility::filter::{AROUND, around};
 
@@ -99,6 +104,265 @@ impl DirectPixels {
                     (0..AROUND).for_each(|k| self.wanted[around([x, y], k)] = true);
                 }
             }
+        }
+    }
+}
+
+// The textures of a surface at a pixel: its colour, or a sample to be lit by the surroundings.
+//
+// Takes a surface and a place, gives the means of its textures there. Maps that lie as the base texture does and have its size are
+// gathered with it: texels at the same places have the same weights, which are computed once.
+
+/// The look-up of a texture at a pixel; `None` where the texture has nothing there.
+pub(crate) type Gather = fn(&PixelOnTexture, Vectors) -> Option<Gathered>;
+
+/// The colour of a surface at a pixel ; `None` where its textures are not gathered.
+pub(crate) fn pixel_colour(
+    (tile, gather): (&Tile, Gather),
+    surface: &Surface,
+    at: [f32; 2],
+    texels: &mut u64,
+) -> Option<Vec4> {
+    let mut filtered = |planes: &Option<UvPlanes>| match planes {
+        None => Some(Vec4::ONE),
+        Some(planes) => {
+            let gathered = gather(
+                &tile.pixel_on(surface, (planes, planes.pyramid), at),
+                tile.frame.simd,
+            )?;
+            *texels += u64::from(gathered.texels);
+            Some(gathered.rgba)
+        }
+    };
+    let (base, emissive) = (filtered(&surface.base)?, filtered(&surface.emissive)?);
+    Some(lit(tile, surface, at, base, emissive))
+}
+
+/// The colour of a smooth surface at a pixel.
+fn patch_colour(
+    tile: &Tile,
+    surface: &Surface,
+    patch: &Patch,
+    at_px: [f32; 2],
+    texels: &mut u64,
+) -> Option<Vec4> {
+    let footprint = PatchFootprint::new(tile, surface, patch, at_px);
+    let of = |planes: &Option<UvPlanes>| planes.as_ref().map(|planes| planes.pyramid);
+    let base = footprint.gathered(of(&surface.base), [1.0; 2], texels)?;
+    let material = surface.material(tile.frame.scene);
+    let per_base = material.emissive_per_base.unwrap_or([1.0; 2]);
+    let emissive = footprint.gathered(of(&surface.emissive), per_base, texels)?;
+    Some(shaded(tile, surface, at_px, patch.light, base, emissive))
+}
+
+/// The means of the base texture and of those maps (by their pyramids) that are alike; `None` where the base texture is
+/// magnified.
+fn gathered_as_base(
+    tile: &Tile,
+    pixel: &PixelOnTexture,
+    maps: [Option<usize>; MAPS],
+    texels: &mut u64,
+) -> Option<(Vec4, [Option<Vec4>; MAPS])> {
+    let mut pyramids = [pixel.pyramid; MOST_TOGETHER];
+    let mut colours = [Vec4::ZERO; MOST_TOGETHER];
+    let mut places = [None; MAPS];
+    let mut count = 1;
+    for (place, map) in places.iter_mut().zip(maps) {
+        let map: Option<&Pyramid> = map.map(|map| &tile.frame.scene.pyramids[map]);
+        if let Some(map) = map.filter(|map| map.is_alike(pixel.pyramid)) {
+            (pyramids[count], *place) = (map, Some(count));
+            count += 1;
+        }
+    }
+    let simd = tile.frame.simd;
+    let found = gather_together(pixel, &pyramids[..count], simd, &mut colours)?;
+    *texels += u64::from(found);
+    Some((colours[0], places.map(|place| Some(colours[place?]))))
+}
+
+/// The means of the textures of a smooth surface at a pixel.
+fn patch_sample<'a>(
+    tile: &Tile,
+    surface: &'a Surface,
+    patch: &Patch,
+    at_px: [f32; 2],
+    texels: &mut u64,
+) -> Option<SurfaceSample<'a>> {
+    let material = surface.material(tile.frame.scene);
+    let footprint = PatchFootprint::new(tile, surface, patch, at_px);
+    let of = |planes: &Option<UvPlanes>| planes.as_ref().map(|planes| planes.pyramid);
+    let maps_of_light = material.physical.as_ref().map(|physical| &physical.maps);
+    let maps_of_light = maps_of_light.map_or([None; MAPS], Clone::clone);
+    let like_base = maps_of_light.map(|map| {
+        let map = map.filter(|map| map.per_base == Some([1.0; 2]))?;
+        Some(map.pyramid)
+    });
+    let (base, mut maps) = match of(&surface.base) {
+        Some(pyramid) => {
+            let pixel = footprint.pixel(pyramid, [1.0; 2]);
+            gathered_as_base(tile, &pixel, like_base, texels)?
+        }
+        None => (Vec4::ONE, [None; MAPS]),
+    };
+    let per_base = material.emissive_per_base.unwrap_or([1.0; 2]);
+    let emissive = footprint.gathered(of(&surface.emissive), per_base, texels)?;
+    for (texel, map) in maps.iter_mut().zip(maps_of_light) {
+        if let (None, Some(map)) = (*texel, map) {
+            let per_base = map.per_base.unwrap_or([1.0; 2]);
+            *texel = Some(footprint.gathered(Some(map.pyramid), per_base, texels)?);
+        }
+    }
+    let maps = maps.map(|texel| texel.unwrap_or(Vec4::ZERO));
+    Some(SurfaceSample {
+        surface,
+        at_px,
+        base,
+        emissive,
+        maps,
+        magnified: None,
+    })
+}
+
+/// The means of the textures of a surface at a pixel, each gathered by `gather`; by points, alike ones together.
+pub(crate) fn pixel_sample<'a>(
+    (tile, gather): (&Tile, Option<Gather>),
+    surface: &'a Surface,
+    at_px: [f32; 2],
+    texels: &mut u64,
+) -> Option<SurfaceSample<'a>> {
+    let alone = gather.unwrap_or(gather_minified);
+    let filtered =
+        |planes: Option<&UvPlanes>, pyramid: Option<usize>, texels: &mut u64| match planes {
+            None => Some(Vec4::ONE),
+            Some(planes) => {
+                let pyramid = pyramid.unwrap_or(planes.pyramid);
+                let gathered = alone(
+                    &tile.pixel_on(surface, (planes, pyramid), at_px),
+                    tile.frame.simd,
+                )?;
+                *texels += u64::from(gathered.texels);
+                Some(gathered.rgba)
+            }
+        };
+    let emissive = filtered(surface.emissive.as_ref(), None, texels)?;
+    let of_surface = surface.maps.as_ref()?;
+    let (base, mut maps) = match &surface.base {
+        Some(planes) if gather.is_none() => {
+            let like_base = of_surface.maps.each_ref().map(|map| match map {
+                Some(MapPlanes::LikeBase { pyramid }) => Some(*pyramid),
+                _ => None,
+            });
+            let pixel = tile.pixel_on(surface, (planes, planes.pyramid), at_px);
+            gathered_as_base(tile, &pixel, like_base, texels)?
+        }
+        planes => (filtered(planes.as_ref(), None, texels)?, [None; MAPS]),
+    };
+    let mut magnified = None;
+    for (k, texel) in maps.iter_mut().enumerate() {
+        let planes = match &of_surface.maps[k] {
+            None => continue,
+            Some(MapPlanes::Own(planes)) => Some(&**planes),
+            Some(MapPlanes::LikeBase { .. }) => surface.base.as_ref(),
+        };
+        let pyramid = of_surface.maps[k].as_ref().map(MapPlanes::pyramid);
+        if texel.is_none() {
+            *texel = Some(filtered(planes, pyramid, texels)?);
+        }
+        if k == NORMALS
+            && let (Some(planes), Some(pyramid)) = (planes, pyramid)
+        {
+            magnified = magnified_length2(tile, surface, planes, pyramid, at_px);
+        }
+    }
+    Some(SurfaceSample {
+        surface,
+        at_px,
+        base,
+        emissive,
+        maps: maps.map(|texel| texel.unwrap_or(Vec4::ZERO)),
+        magnified,
+    })
+}
+
+/// Texels across a pixel, squared, where a look-up takes them from the full texture.
+fn magnified_length2(
+    tile: &Tile,
+    surface: &Surface,
+    planes: &UvPlanes,
+    pyramid: usize,
+    at_px: [f32; 2],
+) -> Option<f32> {
+    let at = surface.uv_at(planes, at_px);
+    let pixel = PixelOnTexture {
+        pyramid: &tile.frame.scene.pyramids[pyramid],
+        at,
+        over_w_slope: [0.0; 2],
+    };
+    let [ux, uy, vx, vy] = at.jacobian;
+    let long2 = (ux * ux + vx * vx).max(uy * uy + vy * vy);
+    (!is_minified(&pixel, 1.0)).then_some(long2)
+}
+
+/// A pixel on a smooth surface and its footprint on textures.
+struct PatchFootprint<'a> {
+    tile: &'a Tile<'a>,
+    uv: UvAt,
+    over_w_slope: [f32; 2],
+}
+
+impl<'a> PatchFootprint<'a> {
+    pub(crate) fn new(
+        tile: &'a Tile<'a>,
+        surface: &Surface,
+        patch: &Patch,
+        at_px: [f32; 2],
+    ) -> Self {
+        let over_w_slope = surface.over_w_slope(at_px);
+        // The mean under the filter differs from the value at the centre by half the second derivative times the variance.
+        let bent = [0, 1].map(|k| tile.frame.filter.variance_px2[k] * over_w_slope[k]);
+        let UvAt { u, v, jacobian } = patch.at;
+        let [ux, uy, vx, vy] = jacobian;
+        let uv = UvAt {
+            u: u + ux * bent[0] + uy * bent[1],
+            v: v + vx * bent[0] + vy * bent[1],
+            jacobian,
+        };
+        Self {
+            tile,
+            uv,
+            over_w_slope,
+        }
+    }
+
+    /// The mean of a texture with the coordinates of the base texture, and so many texels to one of that; white without a
+    /// texture.
+    pub(crate) fn gathered(
+        &self,
+        pyramid: Option<usize>,
+        per_base: [f32; 2],
+        texels: &mut u64,
+    ) -> Option<Vec4> {
+        let Some(pyramid) = pyramid else {
+            return Some(Vec4::ONE);
+        };
+        let pixel = self.pixel(pyramid, per_base);
+        let gathered = gather_minified(&pixel, self.tile.frame.simd)?;
+        *texels += u64::from(gathered.texels);
+        Some(gathered.rgba)
+    }
+
+    /// The pixel on such a texture.
+    fn pixel(&self, pyramid: usize, [su, sv]: [f32; 2]) -> PixelOnTexture<'a> {
+        let UvAt { u, v, jacobian } = self.uv;
+        let [ux, uy, vx, vy] = jacobian;
+        PixelOnTexture {
+            pyramid: &self.tile.frame.scene.pyramids[pyramid],
+            at: UvAt {
+                u: u * su,
+                v: v * sv,
+                jacobian: [ux * su, uy * su, vx * sv, vy * sv],
+            },
+            over_w_slope: self.over_w_slope,
         }
     }
 }

@@ -10,16 +10,15 @@ use glam::Vec4;
 use resample_core::dispatch;
 
 use crate::project::surface::Surface;
-use crate::screen::lanes::LANES;
-use crate::screen::padded_tile::{NONE, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
-use crate::tile::batch_light::{BatchBuffers, shade_batch};
+use crate::screen::{LANES, NONE, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
+use crate::tile::light::{BatchBuffers, shade_batch};
 use crate::tile::points::DirectPixels;
 use crate::tile::task::Tile;
 use crate::tile::visible::Visible;
 use crate::visibility::TranslucentLayer;
-use crate::visibility::by_triangle::{ByTriangle, Run};
 use crate::visibility::edges::Edges;
 use crate::visibility::filter::PixelFilter;
+use crate::visibility::runs::{ByTriangle, Run};
 
 /// Pixels that are filtered together: four of four channels fill one 512-bit vector.
 const GROUP_PX: usize = 4;

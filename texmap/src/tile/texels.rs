@@ -8,17 +8,14 @@ use resample_mesh::scene::Magnify;
 
 use crate::prepare::MAPS;
 use crate::prepare::mip::Pyramid;
-use crate::project::batch::Batch;
-use crate::project::surface::{MapPlanes, Surface, UvPlanes};
-use crate::screen::lanes::LANES;
-use crate::texture::at_borders::look_up_at_borders;
-use crate::texture::lookup::reconstructed;
-use crate::texture::lookup_plan::LookupPlan;
-use crate::texture::taps::look_up;
+use crate::project::surface::{Batch, MapPlanes, Surface, UvPlanes};
+use crate::screen::LANES;
+use crate::texture::lookup::{LookupPlan, reconstructed};
+use crate::texture::taps::{look_up, look_up_at_borders};
 use crate::tile::task::Tile;
 
 /// Textures that a surface may have: base, emissive, and the maps of light.
-pub(crate) const TEXTURES: usize = FIRST_MAP + MAPS;
+const TEXTURES: usize = FIRST_MAP + MAPS;
 
 /// Their places.
 pub(crate) const BASE: usize = 0;

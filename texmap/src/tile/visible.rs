@@ -1,4 +1,5 @@
-//! Visibility: the triangle that each sub-pixel of a tile shows, and the surfaces of those triangles.
+//! Visibility: the triangle that each sub-pixel of a tile shows, the surfaces of those triangles, how many of them each pixel has, and
+//! the edges between them.
 //!
 //! Where a cut-out triangle may be shown, each sub-pixel looks its alpha up first.
 
@@ -9,14 +10,15 @@ use glam::Vec4;
 use resample_core::dispatch;
 use resample_mesh::scene::AlphaMode;
 
-use crate::project::batch::Batch;
-use crate::project::surface::Surface;
-use crate::screen::lanes::LANES;
-use crate::screen::padded_tile::{NONE, SPAN_WIDTH};
-use crate::texture::lookup_plan::LookupPlan;
+use crate::prepare::{LightKind, PreparedMesh};
+use crate::project::surface::{Batch, Surface};
+use crate::screen::{LANES, NONE, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH, WINDOW_PX};
+use crate::texture::lookup::LookupPlan;
 use crate::tile::task::{FrameView, Tile, subpixel_px};
 use crate::tile::texels::look_up_planes;
-use crate::visibility::changes::{changes, each_bit};
+use crate::visibility::edges::Edges;
+use crate::visibility::runs::{changes, each_bit};
+use crate::visibility::walk::{self, NextTriangle, crossing};
 use crate::visibility::{CutOut, RasterTriangle, Visibility, each_vector, is_nearer};
 
 /// The triangles that the sub-pixels of a tile show.
@@ -185,4 +187,183 @@ fn draw_cut_rows<S: Simd>(
             subpixels.show(simd, at, cut.id, (seen, key));
         },
     );
+}
+
+/// The surfaces in the sub-pixels of a pixel, or of all pixels that a filter reaches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Cell {
+    Empty,
+    /// One triangle, by its place in the tile's list.
+    Plane(u32),
+    /// Several opaque things.
+    Mixed,
+    /// Something translucent.
+    Layered,
+}
+
+/// The cells of a tile.
+#[derive(Default)]
+pub(crate) struct Cells {
+    /// By pixel of the span: of its own sub-pixels. Empty where one triangle is all that the tile shows.
+    pub(crate) own: Vec<Cell>,
+    along: Vec<Cell>,
+    /// By pixel of the tile: of all pixels that its filter reaches.
+    pub(crate) under_filter: Vec<Cell>,
+}
+
+/// Finds the cells of a tile from what its sub-pixels show.
+pub(crate) fn find_cells<'a>(
+    per_pixel: usize,
+    visible: &Visible,
+    cells: &'a mut Cells,
+) -> &'a Cells {
+    cells.own.clear();
+    cells.under_filter.clear();
+    if let Some(id) = visible.subpixels.alone {
+        cells
+            .under_filter
+            .resize(TILE_WIDTH * TILE_HEIGHT, Cell::Plane(id));
+        return cells;
+    }
+    let rows = visible.subpixels.ids.chunks_exact(per_pixel * SPAN_WIDTH);
+    // The rows of a pixel but the first one are compared with those above.
+    for (y, rows) in rows.enumerate() {
+        let below = &visible.changes[y * per_pixel..][..per_pixel - 1];
+        let changed = below.iter().fold(0, |all, bits| all | bits);
+        cells
+            .own
+            .extend((0..SPAN_WIDTH).map(|column| match rows[column] {
+                _ if changed >> column & 1 == 1 => Cell::Mixed,
+                NONE => Cell::Empty,
+                id => Cell::Plane(id),
+            }));
+    }
+    for layer in &visible.subpixels.layers {
+        let (column, row) = (
+            layer.subpixel as usize % SPAN_WIDTH,
+            layer.subpixel as usize / SPAN_WIDTH,
+        );
+        cells.own[row / per_pixel * SPAN_WIDTH + column] = Cell::Layered;
+    }
+    join_cells(cells);
+    cells
+}
+
+/// Joins the cells of the tile's span to the cells that the filter of each pixel reaches.
+fn join_cells(cells: &mut Cells) {
+    let Cells {
+        own,
+        along,
+        under_filter,
+    } = cells;
+    if own.iter().all(|&cell| cell == own[0]) {
+        return under_filter.resize(TILE_WIDTH * TILE_HEIGHT, own[0]);
+    }
+    along.clear();
+    for row in own.chunks_exact(SPAN_WIDTH) {
+        along.extend(
+            row.windows(WINDOW_PX)
+                .map(|window| window[1..].iter().fold(window[0], joined)),
+        );
+    }
+    let below = |first: usize| (1..WINDOW_PX).map(move |k| first + k * TILE_WIDTH);
+    under_filter.extend(
+        (0..TILE_WIDTH * TILE_HEIGHT)
+            .map(|at| below(at).fold(along[at], |cell, k| joined(cell, &along[k]))),
+    );
+}
+
+/// Joins two neighbouring cells.
+fn joined(a: Cell, b: &Cell) -> Cell {
+    match (a, *b) {
+        (a, b) if a == b => a,
+        (Cell::Layered, _) | (_, Cell::Layered) => Cell::Layered,
+        _ => Cell::Mixed,
+    }
+}
+
+/// Finds the edges between sub-pixels across which colour may jump.
+pub(crate) fn find_edges<'a>(tile: &Tile, visible: &Visible, edges: &'a mut Edges) -> &'a Edges {
+    let Visible {
+        subpixels, rasters, ..
+    } = visible;
+    if subpixels.alone.is_some() {
+        edges.clear();
+        return edges;
+    }
+    let mesh = TileMesh { tile, rasters };
+    let seen_by = (tile.frame.filter, tile.frame.simd);
+    edges.find(seen_by, &subpixels.ids, |pair| crossing(&mesh, pair));
+    edges
+}
+
+/// The triangles of a tile as a surface to walk over.
+struct TileMesh<'a> {
+    tile: &'a Tile<'a>,
+    rasters: &'a [Option<RasterTriangle>],
+}
+
+impl walk::Mesh for TileMesh<'_> {
+    fn triangle(&self, id: u32) -> Option<&RasterTriangle> {
+        self.rasters.get(id as usize)?.as_ref()
+    }
+
+    fn meet(&self, [a, b]: [u32; 2]) -> bool {
+        let tile = self.tile;
+        let (Some(&of_a), Some(&of_b)) = (tile.list.get(a as usize), tile.list.get(b as usize))
+        else {
+            return false;
+        };
+        let triangles = &tile.frame.in_view.triangles;
+        let (a, b) = (&triangles[of_a as usize], &triangles[of_b as usize]);
+        let mesh = &tile.frame.scene.meshes[a.mesh as usize];
+        if a.mesh != b.mesh || a.facing != b.facing || tile.is_flat(mesh) {
+            return false;
+        }
+        let [x, y, z] = mesh.triangles[a.triangle as usize];
+        let others = mesh.triangles[b.triangle as usize];
+        others.contains(&x) | others.contains(&y) | others.contains(&z)
+    }
+
+    fn beyond(&self, id: u32, corner: usize, expected: u32) -> Option<NextTriangle> {
+        let seen = self.tile.seen(id);
+        let mesh = &self.tile.frame.scene.meshes[seen.mesh as usize];
+        let next = mesh.neighbours[seen.triangle as usize][corner]?;
+        let id = self.tile.place(seen.mesh, next.triangle, expected)?;
+        let line = |triangle: u32, corner: usize| {
+            let corners = mesh.triangles[triangle as usize];
+            [corners[(corner + 1) % 3], corners[(corner + 2) % 3]]
+        };
+        let [a, b] = line(seen.triangle, corner);
+        let jumps = self.tile.is_flat(mesh)
+            || ![[a, b], [b, a]].contains(&line(next.triangle, next.corner()));
+        Some(NextTriangle {
+            id,
+            corner: next.corner(),
+            jumps,
+        })
+    }
+}
+
+impl Tile<'_> {
+    /// Returns true if each triangle of a mesh has a light of its own.
+    fn is_flat(&self, mesh: &PreparedMesh) -> bool {
+        mesh.normals.is_empty()
+            && self.frame.scene.materials[mesh.material].light != LightKind::None
+    }
+
+    /// Place in the tile's list of a triangle of the scene; likely it is `expected`.
+    fn place(&self, mesh: u32, triangle: u32, expected: u32) -> Option<u32> {
+        let key = |&index: &u32| {
+            let seen = &self.frame.in_view.triangles[index as usize];
+            (seen.mesh, seen.triangle)
+        };
+        let wanted = (mesh, triangle);
+        if self.list.get(expected as usize).map(key) == Some(wanted) {
+            return Some(expected);
+        }
+        // Lists keep the order of the scene.
+        let place = self.list.binary_search_by_key(&wanted, key).ok()?;
+        Some(place as u32)
+    }
 }

@@ -18,9 +18,9 @@ use std::ops::Range;
 
 use resample_core::simd::Vectors;
 
-use crate::screen::padded_tile::{SPAN_HEIGHT, SPAN_WIDTH};
-use crate::visibility::changes::{changes, each_bit};
+use crate::screen::{SPAN_HEIGHT, SPAN_WIDTH};
 use crate::visibility::filter::{LatticeStep, PixelFilter};
+use crate::visibility::runs::{changes, each_bit};
 
 /// The share of an edge between two sub-pixels in each of them, as a part of the jump from the second to the first.
 #[derive(Clone, Copy, Debug)]

@@ -9,10 +9,9 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, u32x16};
 use resample_core::point::PIXEL_SIGMA_PX;
 
-use crate::project::batch::Batch;
-use crate::screen::lanes::LANES;
-use crate::screen::padded_tile::{BORDER_PX, REACH_PX, SPAN_HEIGHT, SPAN_WIDTH, WINDOW_PX};
-use crate::visibility::changes::Pair;
+use crate::project::surface::Batch;
+use crate::screen::{BORDER_PX, LANES, REACH_PX, SPAN_HEIGHT, SPAN_WIDTH, WINDOW_PX};
+use crate::visibility::runs::Pair;
 
 /// The lattice of sub-pixels and the weights of those around a pixel.
 #[derive(Clone, Debug)]

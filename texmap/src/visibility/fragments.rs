@@ -10,8 +10,7 @@ use fearless_simd_macros::simd;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
-use crate::screen::lanes::{IOTA, LANES};
-use crate::screen::padded_tile::{NONE, SPAN_HEIGHT, SPAN_WIDTH, WINDOW_PX};
+use crate::screen::{IOTA, LANES, NONE, SPAN_HEIGHT, SPAN_WIDTH, WINDOW_PX};
 use crate::visibility::edges::Edges;
 use crate::visibility::filter::{PixelFilter, WindowRow};
 
@@ -239,7 +238,7 @@ fn sum_row<S: Simd>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::screen::padded_tile::{TILE_HEIGHT, TILE_WIDTH};
+    use crate::screen::{TILE_HEIGHT, TILE_WIDTH};
     use crate::visibility::edges::Crossing;
     use resample_core::simd::SimdLevel;
 

@@ -3,15 +3,14 @@
 //! A sub-pixel belongs to the nearest triangle that covers its position, so surfaces behind, however near, add
 //! nothing. Where two triangles are equally near within the rounding of their depth keys, the one that stands first
 //! in the scene wins everywhere, so coplanar surfaces do not mix in stripes. Translucent triangles are kept in lists,
-//! all of them that lie before the opaque surface. After the prepass: columns where the surface changes (`changes`), the filter
-//! of a pixel (`filter`), the exact place of a change (`edges`, `walk`), sub-pixels sorted by triangle (`by_triangle`), and the
-//! share that each triangle has of a pixel (`fragments`).
+//! all of them that lie before the opaque surface. After the prepass: columns where the surface changes and runs of one triangle
+//! (`runs`), the filter of a pixel (`filter`), the exact place of a change (`edges`), and the share that each triangle has of a pixel
+//! (`fragments`).
 
-pub(crate) mod changes;
+pub(crate) mod runs;
 pub(crate) mod filter;
 pub(crate) mod edges;
 pub(crate) mod walk;
-pub(crate) mod by_triangle;
 pub(crate) mod fragments;
 
 use fearless_simd::prelude::*;
@@ -21,9 +20,7 @@ use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
 use crate::project::cull::ScreenTriangle;
-use crate::screen::lanes::{IOTA, LANES};
-use crate::screen::padded_tile::{NONE, SPAN_HEIGHT, SPAN_WIDTH};
-use crate::screen::plane::{Plane, moved, narrow, value};
+use crate::screen::{IOTA, LANES, NONE, Plane, SPAN_HEIGHT, SPAN_WIDTH, moved, narrow, value};
 use crate::visibility::edges::Crossing;
 use crate::visibility::filter::PixelFilter;
 

@@ -8,7 +8,7 @@
 //!
 //! Limits: between two sub-pixels only their two surfaces are examined; walks have at most [`MAX_STEPS`] steps.
 
-use crate::screen::plane::value;
+use crate::screen::value;
 use crate::visibility::RasterTriangle;
 use crate::visibility::edges::{Crossing, Neighbours};
 

@@ -4,14 +4,19 @@
 //! Nothing hides it, so no side of a rim tells more of it than another. Each such pixel becomes a mean over a disc that
 //! grows with its distance; what the disc meets beyond is taken from the known pixel that is nearest to it.
 
+use std::ops::Range;
+
+use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
 use glam::{DAffine3, DVec2};
 use rayon::prelude::*;
-use resample_core::Camera;
+use resample_core::simd::Vectors;
+use resample_core::{Camera, dispatch};
 
 use crate::view::layer::Layer;
 
 /// Places of the disc.
-pub(crate) const PLACES: usize = 48;
+const PLACES: usize = 48;
 
 /// Radius of the disc: this part of the distance to the nearest known pixel, and this many px at least. Guesses: of 0.4 to
 /// 1.2 and 3 to 6, these lose least on two of three real pairs and 0.4 dB to the best on the third.
@@ -28,6 +33,8 @@ pub(crate) struct View<'a> {
     pub(crate) camera: &'a Camera,
     /// Those of the references.
     pub(crate) references: Vec<Camera>,
+    /// The vectors in which places are computed.
+    pub(crate) level: Vectors,
 }
 
 /// The number of no pixel.
@@ -42,7 +49,7 @@ pub(crate) fn beyond(
 ) -> Vec<Option<([f32; 3], f32)>> {
     let width = view.camera.width as usize;
     let nearest = nearest_known(layer.rgba.len(), width, known);
-    let disc = disc();
+    let disc = Disc::new([width, layer.rgba.len() / width], view.level);
     let to_world = view.camera.camera_from_world.inverse();
     let of = |at: usize| {
         let from = nearest[at];
@@ -50,8 +57,7 @@ pub(crate) fn beyond(
             return None;
         }
         let depth = layer.depth[from as usize];
-        is_beyond(view, &to_world, at, depth)
-            .then(|| (mean(layer, &nearest, &disc, [at, width]), depth))
+        is_beyond(view, &to_world, at, depth).then(|| (mean(layer, &nearest, &disc, at), depth))
     };
     (0..layer.rgba.len()).into_par_iter().map(of).collect()
 }
@@ -72,41 +78,69 @@ fn is_beyond(view: &View<'_>, to_world: &DAffine3, at: usize, depth: f32) -> boo
     })
 }
 
-/// Places of a disc of radius 1, with weights that fall to its rim.
-pub(crate) fn disc() -> [(DVec2, f32); PLACES] {
-    let mut places = [(DVec2::ZERO, 0.0); PLACES];
-    for (k, place) in places.iter_mut().enumerate() {
-        let square = (k as f64 + 0.5) / PLACES as f64;
-        let offset = square.sqrt() * DVec2::from_angle(k as f64 * GOLDEN_ANGLE);
-        *place = (offset, (-square).exp() as f32);
-    }
-    places
+/// Places of a disc of radius 1 over a picture, with weights that fall to its rim.
+pub(crate) struct Disc {
+    x: [f64; PLACES],
+    y: [f64; PLACES],
+    weights: [f32; PLACES],
+    /// Width and height of the picture, px.
+    size: [usize; 2],
+    level: Vectors,
 }
 
-/// The pixel that holds a place, inside a picture whose `last` pixel has these numbers.
-#[inline(always)]
-pub(crate) fn pixel_at(place: DVec2, last: [usize; 2]) -> [usize; 2] {
-    // A cast rounds towards zero and keeps to its range; one to signed numbers of 32 bits is a single instruction.
-    let held = |place: f64, last: usize| (place as i32).clamp(0, last as i32) as usize;
-    [held(place.x, last[0]), held(place.y, last[1])]
+impl Disc {
+    /// The disc over a picture of this size.
+    pub(crate) fn new(size: [usize; 2], level: Vectors) -> Self {
+        let square = |k: usize| (k as f64 + 0.5) / PLACES as f64;
+        let offset = |k: usize| square(k).sqrt() * DVec2::from_angle(k as f64 * GOLDEN_ANGLE);
+        Self {
+            x: std::array::from_fn(|k| offset(k).x),
+            y: std::array::from_fn(|k| offset(k).y),
+            weights: std::array::from_fn(|k| (-square(k)).exp() as f32),
+            size,
+            level,
+        }
+    }
+
+    /// The distance between two pixels.
+    pub(crate) fn distance(&self, a: usize, b: usize) -> f64 {
+        self.place(a).distance(self.place(b))
+    }
+
+    fn place(&self, at: usize) -> DVec2 {
+        DVec2::new((at % self.size[0]) as f64, (at / self.size[0]) as f64)
+    }
+
+    /// The pixels that hold the places around a pixel, nearest to them inside the picture, with their weights.
+    #[inline(always)]
+    pub(crate) fn around(&self, at: usize, radius: f64) -> impl Iterator<Item = (usize, f32)> {
+        let middle = self.place(at);
+        let pixels = dispatch!(self.level, simd => pixels_of(simd, self, middle, radius));
+        let pixels = pixels.into_iter().map(|pixel| pixel as usize);
+        pixels.zip(self.weights)
+    }
+}
+
+#[simd]
+fn pixels_of<S: Simd>(_simd: S, disc: &Disc, middle: DVec2, radius: f64) -> [u32; PLACES] {
+    // The low bits of a whole number and this one together are those of the whole number, and no cast keeps vectors waiting.
+    const WHOLE: f64 = (1u64 << 52) as f64;
+    let [width, height] = disc.size.map(|count| count as f64);
+    let mut pixels = [0; PLACES];
+    for ((pixel, x), y) in pixels.iter_mut().zip(&disc.x).zip(&disc.y) {
+        let column = (middle.x + radius * x + 0.5).max(0.0).min(width - 1.0);
+        let row = (middle.y + radius * y + 0.5).max(0.0).min(height - 1.0);
+        *pixel = (row.floor() * width + column.floor() + WHOLE).to_bits() as u32;
+    }
+    pixels
 }
 
 /// The weighted mean of what the disc around a pixel meets.
-fn mean(
-    layer: &Layer,
-    nearest: &[u32],
-    disc: &[(DVec2, f32)],
-    [at, width]: [usize; 2],
-) -> [f32; 3] {
-    let height = layer.rgba.len() / width;
-    let from = nearest[at] as usize;
-    let place = |i: usize| DVec2::new((i % width) as f64, (i / width) as f64);
-    let radius = (GROWTH * place(at).distance(place(from))).max(LEAST_RADIUS_PX);
-    let last = [width - 1, height - 1];
+fn mean(layer: &Layer, nearest: &[u32], disc: &Disc, at: usize) -> [f32; 3] {
+    let radius = (GROWTH * disc.distance(at, nearest[at] as usize)).max(LEAST_RADIUS_PX);
     let (mut sum, mut total) = ([0.0; 3], 0.0);
-    for (offset, weight) in disc {
-        let [x, y] = pixel_at(place(at) + radius * *offset + 0.5, last);
-        let known = nearest[y * width + x] as usize;
+    for (pixel, weight) in disc.around(at, radius) {
+        let known = nearest[pixel] as usize;
         for (sum, value) in sum.iter_mut().zip(layer.rgba[known]) {
             *sum += weight * value;
         }
@@ -121,64 +155,93 @@ pub(crate) fn nearest_known(
     width: usize,
     known: impl Fn(usize) -> bool + Sync,
 ) -> Vec<u32> {
-    let height = count / width;
     // In each column: the nearest known pixel above or below.
     let mut rows = vec![NOWHERE; count];
-    let nearer = |rows: &mut [u32], at: usize, from: usize| {
-        let (y, found) = (at / width, rows[from]);
-        let away = |row: u32| (row as usize).abs_diff(y);
-        if found != NOWHERE && (rows[at] == NOWHERE || away(found) < away(rows[at])) {
-            rows[at] = found;
+    let mut lines = rows.chunks_exact_mut(width).enumerate();
+    let mut above: &[u32] = &[];
+    for (y, line) in &mut lines {
+        if y > 0 {
+            line.copy_from_slice(above);
         }
-    };
-    for at in 0..count {
-        if known(at) {
-            rows[at] = (at / width) as u32;
-        } else if at >= width {
-            nearer(&mut rows, at, at - width);
+        for (x, row) in line.iter_mut().enumerate() {
+            if known(y * width + x) {
+                *row = y as u32;
+            }
         }
+        above = line;
     }
-    for at in (0..count.saturating_sub(width)).rev() {
-        nearer(&mut rows, at, at + width);
+    let mut lines = rows.chunks_exact_mut(width).enumerate().rev();
+    let mut below: &[u32] = lines.next().map_or(&[], |(_, line)| line);
+    for (y, line) in lines {
+        for (row, &found) in line.iter_mut().zip(below) {
+            let away = |row: u32| row.abs_diff(y as u32);
+            if found != NOWHERE && (*row == NOWHERE || away(found) < away(*row)) {
+                *row = found;
+            }
+        }
+        below = line;
     }
     let mut nearest = vec![NOWHERE; count];
     let lines = nearest
         .par_chunks_mut(width)
         .zip(rows.par_chunks(width))
         .enumerate();
-    lines
-        .take(height)
-        .for_each(|(y, (to, rows))| along_row(y, rows, to));
+    lines.for_each(|(y, (to, rows))| along_row(y, rows, to));
     nearest
 }
 
 /// Of the nearest known pixels of each column, the nearest one of each pixel of row `y`.
 fn along_row(y: usize, rows: &[u32], to: &mut [u32]) {
+    let is_known = |x: usize| rows[x] == y as u32;
+    let mut columns = Vec::new();
+    let mut first = 0;
+    while first < rows.len() {
+        // Between two known pixels of the row nothing outside is nearer than they are.
+        let mut end = first + 1;
+        if is_known(first) {
+            to[first] = (y * rows.len() + first) as u32;
+            if end < rows.len() && is_known(end) {
+                first = end;
+                continue;
+            }
+        }
+        while end < rows.len() && !is_known(end) {
+            end += 1;
+        }
+        between(y, rows, first..(end + 1).min(rows.len()), to, &mut columns);
+        first = end;
+    }
+}
+
+/// The same for some columns of the row. `lower` is storage: columns that are the nearest from some place on, and the places.
+fn between(
+    y: usize,
+    rows: &[u32],
+    columns: Range<usize>,
+    to: &mut [u32],
+    lower: &mut Vec<(usize, f64)>,
+) {
     let square = |x: usize| (f64::from(rows[x]) - y as f64).powi(2) + (x as f64).powi(2);
-    // Columns that are the nearest from some place on, and the places.
-    let mut columns: Vec<(usize, f64)> = Vec::new();
-    for x in (0..rows.len()).filter(|&x| rows[x] != NOWHERE) {
+    lower.clear();
+    for x in columns.clone().filter(|&x| rows[x] != NOWHERE) {
         let mut begin = f64::NEG_INFINITY;
-        while let Some(&(last, from)) = columns.last() {
+        while let Some(&(last, from)) = lower.last() {
             begin = (square(x) - square(last)) / (2.0 * (x - last) as f64);
             if begin > from {
                 break;
             }
-            columns.pop();
+            lower.pop();
             begin = f64::NEG_INFINITY;
         }
-        columns.push((x, begin));
+        lower.push((x, begin));
     }
     let mut at = 0;
-    for (x, to) in to.iter_mut().enumerate() {
-        while columns
-            .get(at + 1)
-            .is_some_and(|(_, from)| *from <= x as f64)
-        {
+    for x in columns {
+        while lower.get(at + 1).is_some_and(|(_, from)| *from <= x as f64) {
             at += 1;
         }
-        if let Some(&(column, _)) = columns.get(at) {
-            *to = rows[column] * rows.len() as u32 + column as u32;
+        if let Some(&(column, _)) = lower.get(at) {
+            to[x] = rows[column] * rows.len() as u32 + column as u32;
         }
     }
 }

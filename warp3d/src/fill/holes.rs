@@ -9,13 +9,11 @@
 //! frames of the references are continued from the known pixels that are nearest (`beyond`). A mask says what was filled,
 //! 1 minus what was seen.
 
-use glam::DVec2;
 use rayon::prelude::*;
+use resample_core::simd::Vectors;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
-use crate::fill::extrapolate::{
-    GROWTH, NOWHERE, PLACES, View, beyond, disc, nearest_known, pixel_at,
-};
+use crate::fill::extrapolate::{Disc, GROWTH, NOWHERE, View, beyond, nearest_known};
 use crate::options::Fill;
 use crate::view::layer::Layer;
 
@@ -100,7 +98,7 @@ pub(crate) fn fill(layer: &mut Layer, view: &View<'_>, how: Fill) -> Vec<f32> {
     }
     let is_known: Vec<bool> = (0..layer.rgba.len()).map(|i| is_rim(layer, i)).collect();
     let rims = Rims::new(&is_known, width);
-    let far_rims = FarRims::new(layer, &rims);
+    let far_rims = FarRims::new(layer, &rims, view.level);
     let beyond = beyond(layer, view, |i| is_known[i], |i| layer.rgba[i][3] < SOLID);
     // What lies beyond the frames is taken from there.
     let behind = |i: usize| match beyond[i] {
@@ -145,16 +143,35 @@ impl Rims {
             let mut met = vec![NOWHERE; known.len()];
             for row in 0..height {
                 let y = if dy >= 0 { row } else { height - 1 - row };
-                let from = y.checked_add_signed(-dy).filter(|&from| from < height);
-                for column in 0..width {
-                    let x = if dx >= 0 { column } else { width - 1 - column };
-                    let at = y * width + x;
-                    met[at] = if known[at] {
-                        at as u32
-                    } else {
-                        let place = from.zip(x.checked_add_signed(-dx).filter(|&x| x < width));
-                        place.map_or(NOWHERE, |(y, x)| met[y * width + x])
-                    };
+                let first = y * width;
+                let (above, rest) = met.split_at_mut(first);
+                let (here, below) = rest.split_at_mut(width);
+                let beside = match dy {
+                    0 => None,
+                    1 => above.rchunks(width).next(),
+                    _ => below.chunks(width).next(),
+                };
+                match beside {
+                    Some(beside) if dx > 0 => here[1..].copy_from_slice(&beside[..width - 1]),
+                    Some(beside) if dx < 0 => here[..width - 1].copy_from_slice(&beside[1..]),
+                    Some(beside) => here.copy_from_slice(beside),
+                    None => {}
+                }
+                let known = &known[first..first + width];
+                for (x, (met, known)) in here.iter_mut().zip(known).enumerate() {
+                    if *known {
+                        *met = (first + x) as u32;
+                    }
+                }
+                let mut last = NOWHERE;
+                let mut go_on = |met: &mut u32| {
+                    last = if *met == NOWHERE { last } else { *met };
+                    *met = last;
+                };
+                match (dx, dy) {
+                    (1, 0) => here.iter_mut().for_each(&mut go_on),
+                    (-1, 0) => here.iter_mut().rev().for_each(&mut go_on),
+                    _ => {}
                 }
             }
             met
@@ -210,11 +227,11 @@ struct FarRims {
     is_site: Vec<bool>,
     /// The nearest one of each pixel.
     nearest: Vec<u32>,
-    disc: [(DVec2, f32); PLACES],
+    disc: Disc,
 }
 
 impl FarRims {
-    fn new(layer: &Layer, rims: &Rims) -> Self {
+    fn new(layer: &Layer, rims: &Rims, level: Vectors) -> Self {
         let width = rims.width;
         let told = |i: usize| {
             let is_hole = layer.rgba[i][3] < SOLID;
@@ -251,7 +268,7 @@ impl FarRims {
             far,
             is_site,
             nearest,
-            disc: disc(),
+            disc: Disc::new([width, layer.rgba.len() / width], level),
         }
     }
 
@@ -261,20 +278,16 @@ impl FarRims {
         if far.is_nan() {
             return None;
         }
-        let (from, width) = (self.nearest[at], rims.width);
+        let from = self.nearest[at];
         if from == NOWHERE {
             return None;
         }
         // Depths over a power of two near the farthest: their sum stays finite.
         let unit = f32::from_bits(far.to_bits() & 0x7f80_0000).max(f32::MIN_POSITIVE);
-        let place = |i: usize| DVec2::new((i % width) as f64, (i / width) as f64);
-        let distance = place(at).distance(place(from as usize));
-        let radius = (GROWTH * distance).max(LEAST_RADIUS_PX);
-        let last = [width - 1, self.nearest.len() / width - 1];
+        let radius = (GROWTH * self.disc.distance(at, from as usize)).max(LEAST_RADIUS_PX);
         let (mut sum, mut depth, mut total) = ([0.0; 3], 0.0, 0.0);
-        for (offset, weight) in &self.disc {
-            let [x, y] = pixel_at(place(at) + radius * *offset + 0.5, last);
-            let known = self.nearest[y * width + x] as usize;
+        for (pixel, weight) in self.disc.around(at, radius) {
+            let known = self.nearest[pixel] as usize;
             let z = layer.depth[known];
             if !is_behind(z, far) {
                 continue;

@@ -6,7 +6,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, i32x8, mask32x8, u32x8};
 
-use super::centres::{Centres, Edges, Near, Small};
+use crate::hybrid::centres::{Centres, Edges, Near, Small};
 use crate::project::{EightCells, EightTriangles, LANES};
 
 /// 0 to 7.

@@ -6,11 +6,12 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f32x16, mask32x8, u32x16};
 
-use super::pixels::{Boxes, NO_SLOT, PixelBox};
+use crate::hybrid::centres::{Boxes, NO_SLOT, PixelBox};
 use crate::project::{EightCells, EightQuads, EightTriangles, HALVES, SLACK, Sink, Vertex};
-use crate::surfaces::piece::NO_PATCH;
-use crate::view::bands::RowRange;
+use crate::surfaces::patch::{Patch, share_a_corner};
+use crate::surfaces::surface::{NO_PATCH, Surfaces};
 use crate::view::flags::Flags;
+use crate::view::layer::RowRange;
 
 /// Places that are asked at once: those of a pixel with four sub-pixels along its side.
 const PLACES: usize = 16;
@@ -216,13 +217,25 @@ impl Fine<'_> {
         id: impl Fn(usize) -> u32,
     ) {
         let boxes = Boxes::new(simd, some, triangles.bounds(), self.width, self.rows);
+        self.draw_boxes(simd, &boxes, |lane| triangles.lane(lane), id);
+    }
+
+    /// Draws the pieces whose boxes touch any pixel that is drawn.
+    #[inline(always)]
+    fn draw_boxes<S: Simd, const N: usize>(
+        &mut self,
+        simd: S,
+        boxes: &Boxes<S>,
+        piece: impl Fn(usize) -> [Vertex; N],
+        id: impl Fn(usize) -> u32,
+    ) {
         let mut bits = boxes.some.to_bitmask();
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
             let pixels = boxes.lane(lane);
             if self.drawn.any(pixels.columns, pixels.rows) {
-                self.draw(simd, triangles.lane(lane), pixels, id(lane));
+                self.draw(simd, piece(lane), pixels, id(lane));
             }
         }
     }
@@ -284,15 +297,7 @@ impl Sink for Fine<'_> {
             }
         }
         let boxes = Boxes::new(simd, quads.whole, quads.bounds(), self.width, self.rows);
-        let mut bits = boxes.some.to_bitmask();
-        while bits != 0 {
-            let lane = bits.trailing_zeros() as usize;
-            bits &= bits - 1;
-            let pixels = boxes.lane(lane);
-            if self.drawn.any(pixels.columns, pixels.rows) {
-                self.draw(simd, quads.lane(lane), pixels, id(lane));
-            }
-        }
+        self.draw_boxes(simd, &boxes, |lane| quads.lane(lane), id);
     }
 
     #[inline(always)]
@@ -301,4 +306,111 @@ impl Sink for Fine<'_> {
             Self::whole(columns, 0, self.width).zip(Self::whole(rows, self.rows[0], self.rows[1]));
         pixels.is_some_and(|(columns, rows)| self.drawn.any(columns, rows))
     }
+}
+
+// The surfaces at each pixel near an edge, grouped once, for all the pixels whose Gaussian reaches it.
+//
+// Pieces of joined cells that share a corner are one surface, as their numbers alone show; other pieces are
+// one if the one lies on the plane of the other.
+
+/// One surface in one pixel.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SlotPart {
+    /// The places of the finer lattice that see it, one bit each.
+    pub(crate) places: u64,
+    /// One of its pieces.
+    pub(crate) id: u32,
+    /// The plane of that piece.
+    pub(crate) patch: Patch,
+}
+
+/// The parts of the slots of a band.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SlotParts {
+    parts: Vec<SlotPart>,
+    /// First part of each slot, and the end.
+    first: Vec<u32>,
+}
+
+impl SlotParts {
+    /// Groups the places of every slot: the first `count` of each `stride` of `pieces`.
+    pub(super) fn group(
+        &mut self,
+        surfaces: &Surfaces,
+        pieces: &[u32],
+        [count, stride]: [usize; 2],
+    ) {
+        self.parts.clear();
+        self.first.clear();
+        self.first.push(0);
+        // The last piece of each part of the slot at hand.
+        let mut last = Vec::new();
+        for places in pieces.chunks_exact(stride) {
+            let begin = self.parts.len();
+            last.clear();
+            for (place, &piece) in places[..count]
+                .iter()
+                .enumerate()
+                .filter(|(_, piece)| **piece != NO_PATCH)
+            {
+                let parts = &mut self.parts[begin..];
+                match find(surfaces, parts, &last, piece) {
+                    Ok(part) => {
+                        parts[part].places |= 1 << place;
+                        last[part] = piece;
+                    }
+                    Err(patch) => {
+                        self.parts.push(SlotPart {
+                            places: 1 << place,
+                            id: piece,
+                            patch,
+                        });
+                        last.push(piece);
+                    }
+                }
+            }
+            self.first.push(self.parts.len() as u32);
+        }
+    }
+
+    /// The parts of a slot.
+    pub(crate) fn of_slot(&self, slot: usize) -> &[SlotPart] {
+        &self.parts[self.first[slot] as usize..self.first[slot + 1] as usize]
+    }
+}
+
+/// The part that a piece belongs to, or the plane of a new one.
+fn find(surfaces: &Surfaces, parts: &[SlotPart], last: &[u32], id: u32) -> Result<usize, Patch> {
+    let near = last
+        .iter()
+        .position(|&last| share_a_corner(surfaces, last, id));
+    if let Some(part) = near {
+        return Ok(part);
+    }
+    let patch = Patch::new(surfaces, id);
+    let tolerance = surfaces.tolerance;
+    parts
+        .iter()
+        .position(|part| one_surface(&part.patch, &patch, tolerance))
+        .ok_or(patch)
+}
+
+/// Two pixels are separate from this part of the tolerance on: one surface must not hold a jump across which
+/// colours are taken apart, four tolerances, at up to three samples' distance.
+const STRICTLY: f32 = 0.75;
+
+/// Returns true if two pieces are of the same surface beyond doubt.
+pub(super) fn one_beyond_doubt(surfaces: &Surfaces, a: u32, b: u32) -> bool {
+    let plane = |id: u32| Patch::new(surfaces, id);
+    share_a_corner(surfaces, a, b)
+        || one_surface(&plane(a), &plane(b), STRICTLY * surfaces.tolerance)
+}
+
+/// Returns true if two pieces are of one plane: the one lies on the other's, as far away as it is, and slopes as it does.
+pub(crate) fn one_surface(a: &Patch, b: &Patch, tolerance: f32) -> bool {
+    let allowed = f64::from(tolerance) * b.disparity.abs();
+    let distance = (a.place - b.place).abs().max_element();
+    let expected = a.disparity_at(b.place);
+    (expected - b.disparity).abs() <= allowed * (2.0 + distance)
+        && (a.slope - b.slope).abs().max_element() <= 2.0 * allowed
 }

@@ -9,8 +9,6 @@
 mod cells;
 mod centres;
 mod fine;
-mod pixels;
-mod slots;
 
 use std::ops::Range;
 
@@ -19,20 +17,17 @@ use resample_core::clock::StageClock;
 use resample_core::simd::Vectors;
 use resample_core::{Camera, dispatch};
 
+use crate::hybrid::fine::{Fine, Lattice, Places, one_beyond_doubt};
+pub(crate) use crate::hybrid::fine::{SlotParts, one_surface};
 use crate::prepared::Prepared;
 use crate::project::{Projected, Scene, Terms, in_front};
 use crate::stats::FrameStats;
-use crate::surfaces::piece::NO_PATCH;
-use crate::surfaces::surface::Surfaces;
-use crate::view::bands::BAND_ROWS;
+use crate::surfaces::surface::{NO_PATCH, Surfaces};
 use crate::view::flags::Flags;
-use crate::view::layer::Purpose;
+use crate::view::layer::{BAND_ROWS, Purpose};
 use crate::view::warp::Warp;
 use centres::Centres;
-use fine::{Fine, Lattice, Places};
-pub(crate) use pixels::NO_SLOT;
-use slots::one_beyond_doubt;
-pub(crate) use slots::{SlotParts, one_surface};
+pub(crate) use centres::NO_SLOT;
 
 /// The pieces at the pixel centres, and the finer lattice near edges.
 #[derive(Clone, Debug, Default)]

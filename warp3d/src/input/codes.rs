@@ -9,13 +9,12 @@
 //!
 //! Limits: an edge of a single code becomes a slope; a sequence is smoothed frame by frame.
 
-mod levels;
-
+use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
 use rayon::prelude::*;
-
+use resample_core::dispatch;
+use resample_core::simd::SimdLevel;
 use resample_io::{Plane, Stored};
-
-use levels::{Codes, UNKNOWN};
 
 /// Whole numbers with more levels than this are fine enough. Codes of MPEG have 8 or 10 bits.
 const MOST_LEVELS: u32 = 1023;
@@ -183,5 +182,403 @@ pub(super) fn smoothed(plane: &Plane, distance: &(dyn Fn(f32) -> f64 + Sync)) ->
     })
 }
 
+// Levels of a plane made smooth: borders between levels, places between borders, rounds of smoothing.
+
+/// Half of an interval, steps: numbers do not reach the place where the next code begins.
+const HALF: f32 = 0.499;
+
+/// Rounds of smoothing: a kink of a slope between runs of one and of two samples is gone after them.
+const ROUNDS: usize = 16;
+
+/// The level of an unknown number.
+pub(super) const UNKNOWN: i32 = i32::MIN;
+
+/// Bits of [`Codes::sides`]: with the sample before and behind along x, and along y.
+const LEFT: u8 = 1;
+const RIGHT: u8 = 2;
+const ABOVE: u8 = 4;
+const BELOW: u8 = 8;
+const BOTH_X: u8 = LEFT | RIGHT;
+const BOTH_Y: u8 = ABOVE | BELOW;
+
+/// The levels of a plane.
+pub(super) struct Codes {
+    pub(super) levels: Vec<i32>,
+    width: usize,
+    /// With which of its neighbours a sample is of one surface.
+    sides: Vec<u8>,
+}
+
+/// The nearest borders towards lower and towards higher levels: how far they are, and the samples beside them, of the own level.
+pub(super) struct Borders {
+    distance_px: Vec<[f32; 2]>,
+    beside: Vec<[u32; 2]>,
+}
+
+impl Codes {
+    pub(super) fn new(levels: Vec<i32>, width: usize) -> Self {
+        let height = levels.len() / width;
+        let linked = |i: usize, place: usize, count: usize, step: usize| {
+            if place + 1 >= count || levels[i] == UNKNOWN || levels[i + step] == UNKNOWN {
+                return false;
+            }
+            let rise = levels[i + step] - levels[i];
+            let leads_on = |from: usize, to: usize| {
+                let [from, to] = [levels[from], levels[to]];
+                let beside = to.wrapping_sub(from);
+                from != UNKNOWN
+                    && to != UNKNOWN
+                    && (rise > 0) == (beside > 0)
+                    && beside != 0
+                    && (rise - beside).abs() <= 1
+            };
+            rise.abs() <= 1
+                || (place > 0 && leads_on(i - step, i))
+                || (place + 2 < count && leads_on(i + step, i + 2 * step))
+        };
+        let mut sides = vec![0; levels.len()];
+        let rows = sides.par_chunks_mut(width).enumerate();
+        rows.for_each(|(y, row): (usize, &mut [u8])| {
+            for x in 0..width {
+                let i = y * width + x;
+                row[x] |= u8::from(linked(i, y, height, width)) * BELOW;
+                if linked(i, x, width, 1) {
+                    row[x] |= RIGHT;
+                    row[x + 1] |= LEFT;
+                }
+            }
+        });
+        for i in width..sides.len() {
+            sides[i] |= (sides[i - width] & BELOW) / BELOW * ABOVE;
+        }
+        Self {
+            levels,
+            width,
+            sides,
+        }
+    }
+
+    /// The linked neighbours of a sample.
+    fn beside(&self, i: usize) -> impl Iterator<Item = usize> {
+        let (sides, width) = (self.sides[i], self.width);
+        let is_linked = move |bit: u8| sides & bit != 0;
+        let [left, above] =
+            [(LEFT, 1), (ABOVE, width)].map(|(bit, step)| is_linked(bit).then(|| i - step));
+        let [right, below] =
+            [(RIGHT, 1), (BELOW, width)].map(|(bit, step)| is_linked(bit).then(|| i + step));
+        [left, right, above, below].into_iter().flatten()
+    }
+
+    /// The nearest borders towards lower and higher levels of the same surface, by chamfer steps.
+    fn borders(&self) -> Borders {
+        let count = self.levels.len();
+        let at = |i: usize| {
+            let (level, mut is_at) = (self.levels[i], [false; 2]);
+            for j in self.beside(i) {
+                is_at[0] |= self.levels[j] < level;
+                is_at[1] |= self.levels[j] > level;
+            }
+            is_at.map(|is_at| if is_at { 0.5 } else { f32::INFINITY })
+        };
+        let mut borders = Borders {
+            distance_px: (0..count).into_par_iter().map(at).collect(),
+            beside: (0..count as u32).map(|i| [i; 2]).collect(),
+        };
+        let height = count / self.width;
+        let mut moved = vec![false; height + 2];
+        // The second pair of sweeps goes around corners. Upwards it has something to do only beside rows that have changed.
+        for round in 0..2 {
+            for y in 0..height {
+                moved[y + 1] = self.relax::<false>(&mut borders, y) || round == 0;
+            }
+            for y in (0..height).rev() {
+                if moved[y + 1] || moved[y + 2] {
+                    moved[y + 1] |= self.relax::<true>(&mut borders, y);
+                }
+            }
+        }
+        borders
+    }
+
+    /// Takes over in row `y` what the samples of the rows before, and those before in the row itself, know; from the other side
+    /// if `BACK`. Whether anything was taken over.
+    fn relax<const BACK: bool>(&self, borders: &mut Borders, y: usize) -> bool {
+        let (width, count) = (self.width, self.levels.len());
+        let has_row = if BACK { (y + 1) * width < count } else { y > 0 };
+        let mut any = false;
+        for k in 0..width {
+            let x = if BACK { width - 1 - k } else { k };
+            let i = y * width + x;
+            let (level, mut best) = (self.levels[i], borders.distance_px[i]);
+            let mut from = [i; 2];
+            let mut take = |is_there: bool, steps: isize, length: f32| {
+                let j = i.wrapping_add_signed(if BACK { -steps } else { steps });
+                if is_there && self.levels[j] == level {
+                    for (k, known) in borders.distance_px[j].into_iter().enumerate() {
+                        if known + length < best[k] {
+                            (best[k], from[k]) = (known + length, j);
+                        }
+                    }
+                }
+            };
+            let row = width as isize;
+            let sides = [x > 0, x + 1 < width];
+            take(sides[usize::from(BACK)], -1, 1.0);
+            take(has_row, -row, 1.0);
+            // From the left to the right either way: the first of two equals stays.
+            let diagonal = if BACK { 1 } else { -1 };
+            take(
+                has_row && sides[0],
+                -row + diagonal,
+                std::f32::consts::SQRT_2,
+            );
+            take(
+                has_row && sides[1],
+                -row - diagonal,
+                std::f32::consts::SQRT_2,
+            );
+            if from != [i; 2] {
+                borders.distance_px[i] = best;
+                borders.beside[i] = [0, 1].map(|k| borders.beside[from[k]][k]);
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// Each sample between the borders of its level.
+    pub(super) fn placed(&self, borders: &Borders) -> Vec<f32> {
+        let width_of = |i: usize| borders.distance_px[i][1] + borders.distance_px[i][0];
+        // How wide the level across the border is.
+        let width_across = |i: usize, towards: i32| {
+            let at = borders.beside[i][usize::from(towards > 0)] as usize;
+            let across = self
+                .beside(at)
+                .filter(|&j| (self.levels[j] - self.levels[at]) * towards > 0);
+            across.map(width_of).fold(f32::INFINITY, f32::min)
+        };
+        // With one border alone the slope goes on from there, and flattens out at the code itself.
+        let risen = |distance_px: f32, width_px: f32| {
+            let share = distance_px / width_px;
+            if width_px.is_finite() {
+                share / (1.0 + 2.0 * share)
+            } else {
+                0.5
+            }
+        };
+        let place = |i: usize| {
+            let level = self.levels[i] as f32;
+            let [down, up] = borders.distance_px[i];
+            level
+                + match (up.is_finite(), down.is_finite()) {
+                    (true, true) => 0.5 * (down - up) / (down + up),
+                    (true, false) => 0.5 - risen(up, width_across(i, 1)),
+                    (false, true) => risen(down, width_across(i, -1)) - 0.5,
+                    (false, false) => 0.0,
+                }
+        };
+        (0..self.levels.len()).into_par_iter().map(place).collect()
+    }
+
+    /// Takes out the kinks: each sample goes towards the middle of its neighbours on either side, within its interval.
+    fn relaxed(&self, mut now: Vec<f32>) -> Vec<f32> {
+        let width = self.width;
+        let levels: Vec<f32> = self.levels.par_iter().map(|&level| level as f32).collect();
+        let mut next = now.clone();
+        let level = SimdLevel::Auto.resolve();
+        for _ in 0..ROUNDS {
+            let row = |(y, to): (usize, &mut [f32])| {
+                let rows = [y.saturating_sub(1), y, y + 1].map(|y| {
+                    // Rows without one beside have no neighbours there.
+                    let first = y.min(now.len() / width - 1) * width;
+                    &now[first..first + width]
+                });
+                let own = y * width..(y + 1) * width;
+                let (levels, sides) = (&levels[own.clone()], &self.sides[own]);
+                dispatch!(level, simd => relax_row(simd, to, rows, levels, sides));
+            };
+            next.par_chunks_mut(width).enumerate().for_each(row);
+            std::mem::swap(&mut now, &mut next);
+        }
+        now
+    }
+}
+
+/// A round of smoothing of a row: `above`, itself and `below` before, its levels and which neighbours are linked.
+#[simd]
+fn relax_row<S: Simd>(
+    _simd: S,
+    to: &mut [f32],
+    [above, own, below]: [&[f32]; 3],
+    levels: &[f32],
+    sides: &[u8],
+) {
+    let width = to.len();
+    // Selected, not branched on, so that a row is taken by vectors.
+    let moved = |own: f32, across: f32, along: f32, level: f32, sides: u8| {
+        let (on_x, on_y) = (sides & BOTH_X == BOTH_X, sides & BOTH_Y == BOTH_Y);
+        let either = if on_x { across } else { along };
+        let mean = if on_x & on_y {
+            0.5 * (across + along)
+        } else {
+            either
+        };
+        // Half way: an undamped round turns a chequerboard over.
+        let moved = (0.5 * (own + mean)).max(level - HALF).min(level + HALF);
+        if on_x | on_y { moved } else { own }
+    };
+    let along = |x: usize| 0.5 * (above[x] + below[x]);
+    // The first and the last have no neighbours on both sides along the row.
+    for x in [0, width - 1] {
+        to[x] = moved(own[x], own[x], along(x), levels[x], sides[x]);
+    }
+    if width < 3 {
+        return;
+    }
+    let count = width - 2;
+    let [before, here, behind] = [0, 1, 2].map(|first| &own[first..first + count]);
+    let [above, below, levels] = [above, below, levels].map(|row| &row[1..1 + count]);
+    let (to, sides) = (&mut to[1..1 + count], &sides[1..1 + count]);
+    for x in 0..count {
+        let across = 0.5 * (before[x] + behind[x]);
+        let along = 0.5 * (above[x] + below[x]);
+        to[x] = moved(here[x], across, along, levels[x], sides[x]);
+    }
+}
+
 #[cfg(test)]
-mod tests;
+mod tests {
+    use super::*;
+
+    const SIZE: [usize; 2] = [160, 120];
+
+    /// A slanted plane with a bump, in codes of one step.
+    fn slanted(slope: [f32; 2], x: usize, y: usize) -> f32 {
+        let [dx, dy] = [x as f32 - 90.0, y as f32 - 50.0];
+        60.0 + slope[0] * x as f32
+            + slope[1] * y as f32
+            + 9.0 * (-(dx * dx + dy * dy) / 500.0).exp()
+    }
+
+    fn plane(stored: Stored, value: impl Fn(usize, usize) -> f32) -> Plane {
+        let pixels = (0..SIZE[0] * SIZE[1]).map(|i| value(i % SIZE[0], i / SIZE[0]));
+        Plane {
+            width: SIZE[0],
+            height: SIZE[1],
+            values: pixels.collect(),
+            stored,
+        }
+    }
+
+    fn inverse(value: f32) -> f64 {
+        if value > 0.0 {
+            1.0 / f64::from(value)
+        } else {
+            f64::NAN
+        }
+    }
+
+    /// Largest second difference along x and y, and the root mean square error, steps.
+    fn roughness(found: &[f32], truth: impl Fn(usize, usize) -> f32) -> [f32; 2] {
+        let at = |x: usize, y: usize| found[y * SIZE[0] + x];
+        let (mut bend, mut squares) = (0f32, 0.0);
+        for y in 1..SIZE[1] - 1 {
+            for x in 1..SIZE[0] - 1 {
+                let here = at(x, y);
+                bend = bend.max((at(x - 1, y) - 2.0 * here + at(x + 1, y)).abs());
+                bend = bend.max((at(x, y - 1) - 2.0 * here + at(x, y + 1)).abs());
+                squares += (here - truth(x, y)).powi(2);
+            }
+        }
+        [bend, (squares / found.len() as f32).sqrt()]
+    }
+
+    #[test]
+    fn a_smooth_map_in_codes_comes_back_smooth() {
+        let slopes = [
+            [0.03, 0.01],
+            [0.1, 0.05],
+            [0.4, -0.15],
+            [0.6, 0.5],
+            [1.3, 0.3],
+        ];
+        for slope in slopes {
+            let truth = |x: usize, y: usize| slanted(slope, x, y);
+            let codes = plane(Stored::Code(255), |x, y| truth(x, y).round());
+            let [bend, error] = roughness(&codes.values, truth);
+            // Rounding has a deviation of 1 / sqrt(12).
+            assert!(bend >= 1.0 && (error - 0.29).abs() < 0.01, "{slope:?}");
+            let smooth = smoothed(&codes, &inverse).expect("coarse");
+            let [bend, error] = roughness(&smooth.values, truth);
+            assert!(bend < 0.26 && error < 0.1, "{slope:?}: {bend} {error}");
+            let leaves = |(a, b): (&f32, &f32)| (a - b).abs() >= 0.5;
+            assert!(
+                !codes.values.iter().zip(&smooth.values).any(leaves),
+                "intervals"
+            );
+            // The same numbers in wider codes.
+            let wide = plane(Stored::Code(65_535), |x, y| 257.0 * truth(x, y).round());
+            let wide = smoothed(&wide, &inverse).expect("coarse").values;
+            let agrees = |(a, b): (&f32, &f32)| (a / 257.0 - b).abs() < 1e-3;
+            assert!(wide.iter().zip(&smooth.values).all(agrees));
+        }
+    }
+
+    #[test]
+    fn edges_and_unknown_numbers_stay() {
+        let step = plane(Stored::Code(255), |x, _| if x < 80 { 40.0 } else { 42.0 });
+        assert_eq!(
+            smoothed(&step, &inverse).expect("coarse").values,
+            step.values
+        );
+        let holes = plane(Stored::Code(255), |x, y| match (x / 7 + y / 5) % 4 {
+            0 => 0.0,
+            _ => slanted([0.1, 0.0], x, y).round(),
+        });
+        let smooth = smoothed(&holes, &inverse).expect("coarse");
+        let stays = |(a, b): (&f32, &f32)| (*a == 0.0) == (*b == 0.0);
+        assert!(holes.values.iter().zip(&smooth.values).all(stays));
+    }
+
+    #[test]
+    fn fine_numbers_are_left_alone() {
+        let fine = plane(Stored::Code(65_535), |x, y| {
+            (100.0 * slanted([0.1, 0.0], x, y)).round()
+        });
+        assert!(smoothed(&fine, &inverse).is_none(), "16 bits");
+        let floats = plane(Stored::Float, |x, y| slanted([0.1, 0.0], x, y));
+        assert!(smoothed(&floats, &inverse).is_none(), "32-bit floats");
+        let camera_z = plane(Stored::Float, |x, y| {
+            (4.0 + (x * y % 1024) as f32 / 256.0).floor()
+        });
+        assert!(
+            smoothed(&camera_z, &f64::from).is_none(),
+            "no step of a half float is an edge in z"
+        );
+    }
+
+    #[test]
+    fn half_floats_have_their_place_among_each_other() {
+        let cases = [
+            (0.0, 0),
+            (2f32.powi(-24), 1),
+            (2f32.powi(-14), 1024),
+            (1.0, 15 << 10),
+            (65_504.0, 0x7bff),
+        ];
+        for (value, level) in cases {
+            assert!(
+                is_half(value) && Scale::Half.level(value) == level,
+                "{value}"
+            );
+            assert_eq!(Scale::Half.value(level as f32), value);
+            assert_eq!(Scale::Half.value(-(level as f32)), -value);
+        }
+        assert!(!is_half(1.0 + 2f32.powi(-11)) && !is_half(65_536.0) && !is_half(1e-9));
+        // Half way between two of them.
+        assert_eq!(
+            Scale::Half.value((15 << 10) as f32 + 0.5),
+            1.0 + 2f32.powi(-11)
+        );
+    }
+}

@@ -6,12 +6,15 @@
 //! sensor leaves some. Sources of the codes: Middlebury stereo (disparity), MPEG view synthesis (linear in inverse
 //! depth between near and far), the OpenGL perspective matrix (depth buffer).
 
-use resample_core::{Camera, Projection};
+use std::path::Path;
 
-use super::codes;
-use super::inverted::looks_inverted;
-use super::range::RangeOf;
-use resample_io::{Plane, Stored};
+use resample_core::{Camera, Projection};
+use resample_io::files::fault;
+use resample_io::{Picture, Plane, Stored};
+
+use crate::input::codes;
+use crate::input::range::RangeOf;
+use crate::{Error, Reference};
 
 /// Camera z of a stored number at a column and row, world units; NaN where unknown.
 pub(crate) type ZOf<'a> = Box<dyn Fn(f32, [usize; 2]) -> f32 + Sync + 'a>;
@@ -182,11 +185,7 @@ impl DepthMeaning {
     }
 
     /// The camera z of a stored number at a column and row, as above.
-    pub(crate) fn converter<'a>(
-        &'a self,
-        numbers: &Numbers,
-        camera: &'a Camera,
-    ) -> Result<ZOf<'a>, String> {
+    fn converter<'a>(&'a self, numbers: &Numbers, camera: &'a Camera) -> Result<ZOf<'a>, String> {
         let distance = self.distance(numbers, camera)?;
         Ok(Box::new(move |value, [x, y]| {
             let z = distance(value);
@@ -390,10 +389,74 @@ fn usable(z: f64) -> f32 {
 }
 
 /// Length of the ray through a pixel's centre from the eye to camera z = 1.
-pub(super) fn ray_length(camera: &Camera, x: usize, y: usize) -> f64 {
+fn ray_length(camera: &Camera, x: usize, y: usize) -> f64 {
     let pos_in_screen = glam::DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
     let (_, direction) = camera.ray_in_camera(pos_in_screen);
     direction.length()
+}
+
+// Depth that is most likely read the wrong way round: floors are nearer than ceilings and skies.
+
+/// How much nearer the upper third of a picture must be than the lower third to look upside down. Floors make the lower
+/// part nearer in almost every picture; a guess that leaves ceilings and close walls without a note.
+const INVERTED_RATIO: f64 = 1.25;
+
+/// Returns true if the upper third of a picture is clearly nearer than the lower third.
+fn looks_inverted(z: &[f32], width: usize) -> bool {
+    let third = z.len() / width.max(1) / 3 * width;
+    let median = |part: &[f32]| -> Option<f64> {
+        let mut known: Vec<f32> = part.iter().copied().filter(|z| !z.is_nan()).collect();
+        let middle = known.len() / 2;
+        (!known.is_empty())
+            .then(|| f64::from(*known.select_nth_unstable_by(middle, f32::total_cmp).1))
+    };
+    let (upper, lower) = (median(&z[..third]), median(&z[z.len() - third..]));
+    upper
+        .zip(lower)
+        .is_some_and(|(upper, lower)| lower > INVERTED_RATIO * upper)
+}
+
+// The last steps of every picture with depth: camera z, unknown pixels, and the error where nothing is known.
+
+/// The reference of a picture and its camera z; `None` if no pixel has a usable depth.
+pub(super) fn assembled(
+    picture: Picture,
+    mut depth: Vec<f32>,
+    camera: Camera,
+) -> Option<Reference> {
+    if let Some(coverage) = &picture.coverage {
+        let uncovered = coverage
+            .iter()
+            .zip(&mut depth)
+            .filter(|(coverage, _)| **coverage < 0.5);
+        uncovered.for_each(|(_, z)| *z = f32::NAN);
+    }
+    let is_known = depth.iter().any(|z| !z.is_nan());
+    is_known.then_some(Reference {
+        camera,
+        colour: picture.rgb,
+        depth,
+    })
+}
+
+/// Makes camera z of distances along the rays.
+pub(super) fn along_the_axis(distances: &mut [f32], camera: &Camera) {
+    let width = camera.width as usize;
+    for (index, z) in distances.iter_mut().enumerate() {
+        let ray = ray_length(camera, index % width, index / width);
+        *z = (f64::from(*z) / ray) as f32;
+    }
+}
+
+/// The error for a depth file of which nothing can be used.
+pub(crate) fn nothing_known(meaning: &DepthMeaning, stored: Stored, depth_file: &Path) -> Error {
+    fault(
+        depth_file,
+        format!(
+            "no pixel has a usable depth (read as {})",
+            meaning.told(stored)
+        ),
+    )
 }
 
 #[cfg(test)]

@@ -9,9 +9,9 @@ use glam::DAffine3;
 use resample_core::Camera;
 use resample_io::files::fault;
 
-use super::finish::{along_the_axis, assembled, nothing_known};
 use super::regrid::{Lens, Model};
 use super::{DepthKind, DepthMeaning, Picture, Plane, codes, regrid};
+use crate::input::meaning::{along_the_axis, assembled, nothing_known};
 use crate::view::panorama;
 use crate::{Error, Reference};
 

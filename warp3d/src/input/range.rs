@@ -1,6 +1,6 @@
 //! Between which stored numbers the depth of a picture or of a sequence lies, where its numbers have no unit.
 //!
-//! Takes the numbers of one depth file or of many (`sequence`), gives two of them: the quantile of the far end and that of the near
+//! Takes the numbers of one depth file or of many, gives two of them: the quantile of the far end and that of the near
 //! end. A sequence has one range for all of its frames, so that a thing that stands still keeps its depth whatever else
 //! comes into the picture. Single wrong numbers decide nothing. Limits: a thing that covers less than [`SHARE`] of all
 //! pixels and is nearer than all others becomes flat, at the near end.

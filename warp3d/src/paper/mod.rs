@@ -1,5 +1,4 @@
 //! The paper's methods.
 
 pub(crate) mod nearest;
-pub(crate) mod epipole;
 pub(crate) mod splat;

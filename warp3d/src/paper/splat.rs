@@ -16,8 +16,7 @@ use crate::prepared::Prepared;
 use crate::stats::FrameStats;
 use crate::surfaces::patch::Patch;
 use crate::surfaces::surface::Surfaces;
-use crate::view::bands::{BAND_ROWS, RowRange};
-use crate::view::layer::{Layer, before_infinity};
+use crate::view::layer::{BAND_ROWS, Layer, RowRange, before_infinity};
 use crate::view::warp::Warp;
 
 /// Variance of a disc's Gaussian, reference px^2: sigma is half a sample, as the reference's own pixels have.

@@ -7,11 +7,9 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f64x8, mask64x8};
 use fearless_simd_macros::simd;
 
-use super::rows::eight_of;
-use super::vertex::{LANES, SEGMENT};
-use super::warped::{Bounds, Terms, narrow};
+use crate::project::warped::{Bounds, LANES, SEGMENT, Terms, eight_of, narrow};
 use crate::surfaces::surface::{Cell, Surfaces};
-use crate::view::bands::RowRange;
+use crate::view::layer::RowRange;
 
 /// Screen positions are rounded to f32: by less than this up to 2^18 px.
 const ROUNDED_PX: f32 = 1.0 / 64.0;

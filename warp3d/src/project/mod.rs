@@ -6,13 +6,10 @@
 //!
 //! Limits: a piece with a corner before the near plane is dropped whole; it is smaller than a sample's spacing.
 
-mod vertex;
 mod warped;
-mod rows;
 mod extent;
 mod cells;
 mod quarters;
-mod scan;
 
 use std::ops::Range;
 
@@ -23,17 +20,16 @@ use rayon::prelude::*;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
-pub(crate) use cells::{EightCells, EightQuads, EightTriangles, HALVES, QuadBlock};
+pub(crate) use crate::project::cells::{
+    EightCells, EightQuads, EightTriangles, HALVES, QuadBlock, SLACK, scan_triangle,
+};
+use crate::project::warped::{Bounds, WarpedRows};
+pub(crate) use crate::project::warped::{LANES, SEGMENT, Terms, Vertex, narrow};
+use crate::view::layer::RowRange;
 use extent::{all_in_front, count_in_front, extents, range_of};
 pub(crate) use quarters::Quarters;
-use rows::WarpedRows;
-pub(crate) use scan::{SLACK, scan_triangle};
-pub(crate) use vertex::{LANES, SEGMENT, Vertex};
-use warped::Bounds;
-pub(crate) use warped::{Terms, narrow};
 
 use crate::surfaces::surface::{Cell, Surfaces};
-use crate::view::bands::RowRange;
 
 /// Where a reference lies on one screen.
 #[derive(Clone, Debug, Default)]

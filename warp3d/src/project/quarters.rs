@@ -11,11 +11,9 @@ use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
 use super::cells::QuadBlock;
-use super::vertex::{LANES, SEGMENT};
-use super::warped::{Terms, narrow, widen};
-use crate::surfaces::piece::{KINDS, cell_of, patch_id};
+use crate::project::warped::{LANES, SEGMENT, Terms, narrow, widen};
 use crate::surfaces::rims::Rims;
-use crate::surfaces::surface::{Cell, Surfaces};
+use crate::surfaces::surface::{Cell, KINDS, Surfaces, cell_of, patch_id};
 
 /// The quarters of a reference, in the order of its segments of cells.
 #[derive(Clone, Debug)]

@@ -1,15 +1,30 @@
-//! Samples warped to the screen, eight at a time, in f64.
-//!
-//! The homogeneous screen position is linear in (x, y, 1, d), so a row costs one product a coordinate and sample. What is
-//! kept of it is f32.
+//! Samples as a screen sees them: the terms of the warping equation along rows of samples, and rows that are warped as they are asked for.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f64x8, mask32x8, mask64x8};
+use fearless_simd_macros::simd;
 use resample_core::Projection;
 
-use super::vertex::LANES;
-use crate::view::bands::RowRange;
+use crate::surfaces::surface::Surfaces;
+use crate::view::layer::RowRange;
 use crate::view::warp::Warp;
+
+/// Cells that are drawn at once.
+pub(crate) const LANES: usize = 8;
+
+/// Cells of a row that share one entry in the table of screen rows; one bit each.
+pub(crate) const SEGMENT: usize = 32;
+
+/// A sample or another corner on the screen; x is NaN where it is not in front of the near plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Vertex {
+    /// Screen x, px.
+    pub(crate) x: f32,
+    /// Screen y, px.
+    pub(crate) y: f32,
+    /// Larger is nearer; linear over the screen on a plane.
+    pub(crate) nearness: f32,
+}
 
 /// 0.5 to 7.5.
 const PLACES: [f64; LANES] = [0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5];
@@ -158,4 +173,149 @@ impl<S: Simd> Bounds<S> {
         };
         [range(0), range(1)]
     }
+}
+
+// The two rows of samples on the screen that a row of cells lies between, warped when a band asks for them.
+//
+// A band draws rows of cells from the top, so that a row of samples is kept until the next but one. A row that two bands
+// ask for is warped twice, to the same numbers.
+
+/// Screen x, screen y and nearness of the samples of a row.
+type Planes = [Vec<f32>; 3];
+
+/// How much of a block of samples is warped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Held {
+    Nothing,
+    /// The last eight.
+    End,
+    All,
+}
+
+/// Samples of one row on the screen: sample i is entry i + [`LANES`], so that eight cells can be loaded anywhere.
+#[derive(Debug)]
+struct WarpedRow {
+    /// Its number.
+    y: usize,
+    planes: Planes,
+    blocks: Vec<Held>,
+}
+
+/// Two rows of samples, one below the other.
+#[derive(Debug)]
+pub(crate) struct WarpedRows {
+    /// Those of even and of odd numbers.
+    rows: [WarpedRow; 2],
+}
+
+impl WarpedRow {
+    fn new(width: usize) -> Self {
+        let blocks = width.div_ceil(SEGMENT);
+        Self {
+            y: usize::MAX,
+            planes: [(); 3].map(|()| vec![f32::NAN; LANES + blocks * SEGMENT]),
+            blocks: vec![Held::Nothing; blocks],
+        }
+    }
+
+    /// Warps a block of row `y`, and the sample before it.
+    #[inline(always)]
+    fn hold<S: Simd>(
+        &mut self,
+        simd: S,
+        terms: &Terms,
+        surfaces: &Surfaces,
+        [y, block]: [usize; 2],
+    ) {
+        if self.y != y {
+            self.y = y;
+            self.blocks.fill(Held::Nothing);
+        }
+        let width = surfaces.size[0];
+        let disparity = &surfaces.disparity[y * width..(y + 1) * width];
+        let first = block * SEGMENT;
+        if block > 0 && self.blocks[block - 1] == Held::Nothing {
+            self.blocks[block - 1] = Held::End;
+            warp_samples(
+                simd,
+                terms,
+                disparity,
+                y,
+                [first - LANES, first],
+                &mut self.planes,
+            );
+        }
+        if self.blocks[block] != Held::All {
+            self.blocks[block] = Held::All;
+            let end = (first + SEGMENT).min(width);
+            warp_samples(simd, terms, disparity, y, [first, end], &mut self.planes);
+        }
+    }
+
+    /// The entries from the sample before column `first` on.
+    #[inline(always)]
+    fn before(&self, first: usize) -> [&[f32]; 3] {
+        let [x, y, nearness] = &self.planes;
+        let from = first + LANES - 1;
+        [&x[from..], &y[from..], &nearness[from..]]
+    }
+}
+
+impl WarpedRows {
+    /// Of a reference of so many columns, nothing warped.
+    pub(crate) fn new(width: usize) -> Self {
+        Self {
+            rows: [WarpedRow::new(width), WarpedRow::new(width)],
+        }
+    }
+
+    /// The corners of a segment of the row `cy` of cells: above and below, from the sample before its first cell on.
+    #[inline(always)]
+    pub(crate) fn around<S: Simd>(
+        &mut self,
+        simd: S,
+        terms: &Terms,
+        surfaces: &Surfaces,
+        [cy, block]: [usize; 2],
+    ) -> [[&[f32]; 3]; 2] {
+        for y in [cy - 1, cy] {
+            self.rows[y % 2].hold(simd, terms, surfaces, [y, block]);
+        }
+        let first = block * SEGMENT;
+        [cy - 1, cy].map(|y| self.rows[y % 2].before(first))
+    }
+}
+
+/// Warps the samples of row `y` from one column to another, the first a multiple of eight.
+#[simd]
+fn warp_samples<S: Simd>(
+    simd: S,
+    terms: &Terms,
+    disparity: &[f32],
+    y: usize,
+    [first, end]: [usize; 2],
+    planes: &mut Planes,
+) {
+    for first in (first..end).step_by(LANES) {
+        let eight = eight_of(simd, disparity, first);
+        for (value, plane) in terms
+            .warped(simd, [first, y], eight)
+            .into_iter()
+            .zip(&mut *planes)
+        {
+            narrow(value).store_slice(&mut plane[first + LANES..first + 2 * LANES]);
+        }
+    }
+}
+
+/// Eight numbers of a row from column `first` on, unknown beyond its end.
+#[inline(always)]
+pub(crate) fn eight_of<S: Simd>(simd: S, row: &[f32], first: usize) -> f32x8<S> {
+    if let Some(eight) = row.get(first..first + LANES) {
+        return f32x8::from_slice(simd, eight);
+    }
+    let mut eight = [f32::NAN; LANES];
+    let rest = &row[first..];
+    eight[..rest.len()].copy_from_slice(rest);
+    f32x8::simd_from(simd, eight)
 }

@@ -20,8 +20,7 @@ use crate::resolve::colour::{
     Taps, Weights, by_place, eight_axes, eight_samples, held, small_form, through,
 };
 use crate::surfaces::patch::Patch;
-use crate::surfaces::piece::{ANTI, KINDS, NO_PATCH, cell_of, is_triangle};
-use crate::surfaces::surface::Surfaces;
+use crate::surfaces::surface::{ANTI, KINDS, NO_PATCH, Surfaces, cell_of, is_triangle};
 
 /// Pixels that are traced at once.
 const LANES: usize = 8;

@@ -6,11 +6,9 @@
 
 pub(crate) mod colour;
 
-mod home;
 mod inside;
 mod parts;
 mod resolver;
-mod window;
 
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;

@@ -2,12 +2,11 @@
 
 use glam::DVec2;
 
-use super::resolver::Resolver;
-use super::window::{REACH_PX, Subset, WindowPixel, add};
 use crate::hybrid::{NO_SLOT, one_surface};
+use crate::resolve::resolver::{REACH_PX, Resolver, Subset, WindowPixel, add};
 use crate::surfaces::patch::{Hit, Patch, PlaneMap, share_a_corner};
-use crate::surfaces::piece::NO_PATCH;
-use crate::view::bands::BAND_ROWS;
+use crate::surfaces::surface::NO_PATCH;
+use crate::view::layer::BAND_ROWS;
 
 /// One surface as a pixel sees it.
 #[derive(Clone, Copy, Debug)]

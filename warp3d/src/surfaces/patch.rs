@@ -6,8 +6,7 @@
 
 use glam::{DMat2, DVec2, DVec3};
 
-use crate::surfaces::piece::{ANTI, KINDS, cell_of, is_triangle};
-use crate::surfaces::surface::Surfaces;
+use crate::surfaces::surface::{ANTI, KINDS, Surfaces, cell_of, is_triangle};
 use crate::view::warp::Warp;
 
 /// Returns true if two pieces are one or are of joined cells that have a corner in common: they are on one surface, then.

@@ -1,13 +1,11 @@
 //! Reference views, target views, and the equation between them.
 //!
-//! A `reference` is a picture with depth and its camera; `units` counts its lengths in a unit near the scene; `warp` maps its pixels
+//! A `reference` is a picture with depth and its camera, its lengths counted in a unit near the scene; `warp` maps its pixels
 //! to another screen; `panorama` divides an equirectangular picture into views. A `layer` is the picture that one reference yields, drawn
-//! in `bands` of rows; `flags` are sets of its pixels.
+//! in bands of rows; `flags` are sets of its pixels.
 
 pub mod reference;
-pub(crate) mod units;
 pub mod warp;
 pub mod panorama;
 pub(crate) mod layer;
-pub(crate) mod bands;
 pub(crate) mod flags;

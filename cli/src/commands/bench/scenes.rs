@@ -8,8 +8,8 @@ use anyhow::Result;
 use resample_core::{Camera, FootprintMode, KernelShape, SelectMode};
 use tempfile::TempDir;
 use volsplat::Subpixels;
+use warp3d::Fill;
 use warp3d::args::MethodName;
-use warp3d::{Fill, MixedPixels};
 
 use super::settings::{Against, Bench, Compared, Measured, Motion};
 use crate::args::{
@@ -224,7 +224,6 @@ pub(super) fn warp(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String
         method(MethodName::Splats),
         method(MethodName::Hybrid),
         Choices::of([DepthChoice::Subpixels(8)]),
-        Choices::of([DepthChoice::Mixed(MixedPixels::Keep)]),
         Choices::of([DepthChoice::Fill(Fill::Background)]),
     ];
     let folder = tempfile::tempdir()?;

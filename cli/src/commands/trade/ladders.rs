@@ -8,8 +8,8 @@ use anyhow::{Result, bail};
 use clap::ValueEnum;
 use resample_core::{FootprintMode, KernelShape, SelectMode};
 use volsplat::{Classify, Interpolate, Subpixels};
+use warp3d::Visibility;
 use warp3d::args::MethodName;
-use warp3d::{MixedPixels, Visibility};
 
 use crate::args::{CellsName, Drawing, OrderName};
 use crate::open::setting::{Choice, Choices, DepthChoice, MeshChoice, VolumeChoice};
@@ -162,7 +162,6 @@ fn depth_ladders() -> Vec<Ladder> {
             DepthChoice::Visibility(visibility),
         ])
     });
-    let mixed = [MixedPixels::Keep, MixedPixels::Unmix];
     vec![
         ladder("method", all::<MethodName>(), DepthChoice::Method),
         Ladder {
@@ -170,7 +169,6 @@ fn depth_ladders() -> Vec<Ladder> {
             rungs: visibility.to_vec(),
         },
         ladder("subpixels", SUBPIXELS, DepthChoice::Subpixels),
-        ladder("mixed", mixed, DepthChoice::Mixed),
     ]
 }
 

@@ -8,8 +8,9 @@ use std::io::Cursor;
 
 use glam::{DVec3, Vec3};
 
-use super::notes::Notes;
-use crate::input::finish::origin;
+use crate::input::files::text_of;
+use crate::input::finish;
+use crate::input::options::Notes;
 use crate::scene::{Material, Mesh, Scene, Sides};
 
 /// Bytes before the triangles of a binary file: a free text and a count.
@@ -65,14 +66,6 @@ fn is_text(bytes: &[u8]) -> bool {
         .strip_prefix(b"solid")
         .is_some_and(|rest| rest.first().is_none_or(u8::is_ascii_whitespace));
     is_named && (has(b"facet") || has(b"endsolid"))
-}
-
-/// The text behind a byte order mark and white space.
-fn text_of(bytes: &[u8]) -> &[u8] {
-    bytes
-        .strip_prefix(b"\xef\xbb\xbf")
-        .unwrap_or(bytes)
-        .trim_ascii_start()
 }
 
 /// The text as the crate takes it: one solid, small letters, no normals, an end. Some programs write no end; where the last line
@@ -139,7 +132,7 @@ pub(super) fn load(bytes: &[u8], notes: &mut Notes) -> Result<Scene, String> {
         }],
         ..Scene::default()
     };
-    origin::place(&mut scene, &[positions.collect()]);
+    finish::set_origin(&mut scene, &[positions.collect()]);
     Ok(scene)
 }
 

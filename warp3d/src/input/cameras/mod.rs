@@ -6,27 +6,22 @@
 //! own JSON is read elsewhere: a file of that kind is answered with `None`. The near plane of a camera is a
 //! placeholder of 1 unless stated: it follows from the scene. A folder stands for the COLMAP model in it.
 
-use std::path::Path;
-
-use crate::Error;
-use resample_io::files::{fault, first_bytes, read_text};
-
-mod calib;
+mod text;
 mod colmap;
 mod distortion;
 mod entry;
 mod json;
-mod lens_file;
-mod matrices;
-mod mpeg;
-mod nested;
-mod open3d;
-mod trajectory;
-mod transforms;
 
-pub use distortion::Distortion;
-pub use entry::{CameraSet, Entry, Hints, Lens, NEAR_PLACEHOLDER, Names, Pair};
-pub use lens_file::read_lens;
+use std::path::Path;
+
+use resample_core::camera::PixelCentre;
+use resample_io::files::{fault, first_bytes, read_text};
+
+use crate::Error;
+pub use crate::input::cameras::distortion::Distortion;
+pub use crate::input::cameras::entry::{
+    CameraSet, Entry, Hints, Lens, NEAR_PLACEHOLDER, Names, Pair,
+};
 
 /// Reads the cameras of a file, at least one; `None` if it is JSON of no format that is known here.
 pub fn read(path: &Path, hints: &Hints) -> Result<Option<CameraSet>, Error> {
@@ -51,13 +46,13 @@ fn read_any(path: &Path, hints: &Hints) -> Result<Option<CameraSet>, Error> {
     let set = match text.trim_start().chars().next() {
         None => Err("the file is empty, expected cameras".to_owned()),
         Some('{' | '[') => match json::value(text).map_err(|what| fault(path, what))? {
-            value if transforms::is_it(&value) => transforms::read(&value, hints),
-            value if mpeg::is_it(&value) => mpeg::read(&value),
-            value if open3d::is_it(&value) => open3d::read(&value),
-            value if open3d::is_lens(&value) => {
+            value if json::is_transforms(&value) => json::read_transforms(&value, hints),
+            value if json::is_mpeg(&value) => json::read_mpeg(&value),
+            value if json::is_open3d(&value) => json::read_open3d(&value),
+            value if json::is_lens(&value) => {
                 Err("it holds a lens alone, without a pose: name it as intrinsics".to_owned())
             }
-            value if nested::is_it(&value) => nested::read(&value),
+            value if json::is_nested(&value) => json::read_nested(&value),
             _ => return Ok(None),
         },
         Some(_) => read_lines(path, text, hints),
@@ -77,17 +72,17 @@ fn model_in(folder: &Path) -> std::path::PathBuf {
 }
 
 fn read_lines(path: &Path, text: &str, hints: &Hints) -> Result<CameraSet, String> {
-    if calib::is_it(text) {
-        return calib::read(text, hints);
+    if text::is_calib(text) {
+        return text::read_calib(text, hints);
     }
-    if trajectory::is_log(text) {
-        return trajectory::read_log(text, hints);
+    if text::is_log(text) {
+        return text::read_log(text, hints);
     }
-    if trajectory::is_tum(text) {
-        return trajectory::read_tum(text, hints);
+    if text::is_tum(text) {
+        return text::read_tum(text, hints);
     }
-    if matrices::is_it(text) {
-        return matrices::read(text, hints);
+    if text::is_matrices(text) {
+        return text::read_matrices(text, hints);
     }
     if colmap::is_it(text) {
         return colmap::read(path, text);
@@ -95,6 +90,29 @@ fn read_lines(path: &Path, text: &str, hints: &Hints) -> Result<CameraSet, Strin
     Err("no known camera format: expected our JSON, transforms.json, MPEG JSON, calib.txt, an Open3D or TUM \
          trajectory, a list of 4x4 or 3x4 poses, or COLMAP's images.txt or images.bin"
         .into())
+}
+
+// A lens alone, for poses whose files hold none: Open3D's JSON, or a matrix of 3 x 3 or 4 x 4 numbers.
+
+/// Reads a lens, and the size of its picture where the file states it.
+pub fn read_lens(path: &Path) -> Result<(Lens, Option<[u32; 2]>), Error> {
+    let text = read_text(path)?;
+    let text = text.trim_start_matches('\u{feff}').trim_start();
+    let lens = if text.starts_with('{') {
+        json::value(text).and_then(|value| json::open3d_lens(&value))
+    } else {
+        text::lens(text).map(|[fx, fy, cx, cy]| {
+            let lens = Lens {
+                fx,
+                fy,
+                cx,
+                cy,
+                pixel_centre: PixelCentre::Integer,
+            };
+            (lens, None)
+        })
+    };
+    lens.map_err(|what| fault(path, what))
 }
 
 #[cfg(test)]

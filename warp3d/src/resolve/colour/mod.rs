@@ -6,11 +6,11 @@
 //! second derivatives, larger ones by a five-point rule on cubic lookups, the largest by a Gaussian sum over the samples,
 //! so that one family runs through all scales. Only samples on the same surface count.
 
-mod area;
 mod cubic;
-mod held;
-mod points;
+mod filters;
 mod rim;
+
+use std::ops::{Add, Mul, Sub};
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x8, f32x16, f64x8};
@@ -18,11 +18,11 @@ use fearless_simd_macros::simd;
 use glam::{DMat2, DVec2};
 use resample_core::point::PIXEL_SIGMA_PX;
 
-pub(crate) use crate::surfaces::colour_samples::{Coefficients, Colours, NOWHERE, eight_samples};
+pub(crate) use crate::resolve::colour::filters::{EightFilters, FILTERS, through};
+pub(crate) use crate::surfaces::colours::{Coefficients, Colours, NOWHERE, eight_samples};
+pub(crate) use cubic::held;
 use cubic::{Axis, across};
 pub(crate) use cubic::{EightWeights, Taps, Weights, by_place};
-pub(crate) use held::held;
-pub(crate) use points::{EightFilters, FILTERS, through};
 
 use crate::keys::weights;
 use crate::prepared::Prepared;
@@ -78,15 +78,13 @@ impl Footprint {
 
     /// The screen's Gaussian in the reference, less the reference's own.
     pub(crate) fn new(reference_from_screen: DMat2) -> Self {
-        let (a, b) = (reference_from_screen.x_axis, reference_from_screen.y_axis);
-        let [xx, xy, yy] = [
-            a.x * a.x + b.x * b.x,
-            a.x * a.y + b.x * b.y,
-            a.y * a.y + b.y * b.y,
-        ];
-        let half_trace = 0.5 * (xx + yy);
-        let spread = (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
-        let (large, small) = (half_trace + spread, half_trace - spread);
+        let Squares {
+            form: [xx, xy, yy],
+            middle,
+            spread,
+            ..
+        } = Squares::new(reference_from_screen.to_cols_array(), 0.5, f64::sqrt);
+        let (large, small) = (middle + spread, middle - spread);
         // The longer of the two equivalent forms of the eigenvector.
         let along = if xx >= yy {
             DVec2::new(large - yy, xy)
@@ -98,19 +96,46 @@ impl Footprint {
     }
 }
 
+/// J J^T of a footprint with the Jacobian J: its eigenvalues are the minifications along its axes, squared, `middle` + `spread` and
+/// `middle` - `spread`.
+struct Squares<T> {
+    /// Its entries xx, xy, yy.
+    form: [T; 3],
+    middle: T,
+    /// Half of xx - yy.
+    difference: T,
+    spread: T,
+}
+
+impl<T: Copy + Add<Output = T> + Sub<Output = T> + Mul<Output = T>> Squares<T> {
+    /// Of the columns of J.
+    #[inline(always)]
+    fn new([ax, ay, bx, by]: [T; 4], half: T, root: impl Fn(T) -> T) -> Self {
+        let (xx, xy, yy) = (ax * ax + bx * bx, ax * ay + bx * by, ay * ay + by * by);
+        let (middle, difference) = (half * (xx + yy), half * (xx - yy));
+        Self {
+            form: [xx, xy, yy],
+            middle,
+            difference,
+            spread: root(difference * difference + xy * xy),
+        }
+    }
+}
+
 /// The form (xx, xy, yy) of the filter of a footprint, px^2, 0 where nothing is filtered; `None` from [`BENT_VARIANCE`] on.
 /// As [`small_form`] has it for eight.
 #[inline(always)]
 fn small_filter(reference_from_screen: DMat2) -> Option<[f32; 3]> {
-    let (a, b) = (reference_from_screen.x_axis, reference_from_screen.y_axis);
-    let (xx, yy) = (a.x * a.x + b.x * b.x, a.y * a.y + b.y * b.y);
+    let Squares {
+        form: [xx, xy, yy],
+        middle,
+        spread,
+        ..
+    } = Squares::new(reference_from_screen.to_cols_array(), 0.5, f64::sqrt);
     // Magnified, there is nothing to filter.
     if xx + yy <= 1.0 {
         return Some([0.0; 3]);
     }
-    let xy = a.x * a.y + b.x * b.y;
-    let (middle, difference) = (0.5 * (xx + yy), 0.5 * (xx - yy));
-    let spread = (difference * difference + xy * xy).sqrt();
     let sigma2 = PIXEL_SIGMA_PX * PIXEL_SIGMA_PX;
     let along = sigma2 * (middle + spread - 1.0);
     if along < LEAST_VARIANCE {
@@ -139,10 +164,12 @@ fn small_filter(reference_from_screen: DMat2) -> Option<[f32; 3]> {
 #[inline(always)]
 pub(crate) fn eight_axes<S: Simd>(simd: S, map: [f32x8<S>; 4]) -> [f32x8<S>; 4] {
     let constant = |v: f32| f32x8::splat(simd, v);
-    let [ax, ay, bx, by] = map;
-    let (xx, xy, yy) = (ax * ax + bx * bx, ax * ay + bx * by, ay * ay + by * by);
-    let (middle, difference) = (constant(0.5) * (xx + yy), constant(0.5) * (xx - yy));
-    let spread = (difference * difference + xy * xy).sqrt();
+    let Squares {
+        form: [_, xy, _],
+        middle,
+        difference,
+        spread,
+    } = Squares::new(map, constant(0.5), |v| v.sqrt());
     // The longer of the two equivalent forms of the eigenvector.
     let wide = difference.simd_ge(constant(0.0));
     let (x, y) = (
@@ -163,11 +190,13 @@ pub(crate) fn eight_axes<S: Simd>(simd: S, map: [f32x8<S>; 4]) -> [f32x8<S>; 4] 
 #[inline(always)]
 pub(crate) fn small_form<S: Simd>(simd: S, map: [f32x8<S>; 4]) -> (f32x8<S>, [f32x8<S>; 3]) {
     let constant = |v: f32| f32x8::splat(simd, v);
-    let (zero, one, half) = (constant(0.0), constant(1.0), constant(0.5));
-    let [ax, ay, bx, by] = map;
-    let (xx, xy, yy) = (ax * ax + bx * bx, ax * ay + bx * by, ay * ay + by * by);
-    let (middle, difference) = (half * (xx + yy), half * (xx - yy));
-    let spread = (difference * difference + xy * xy).sqrt();
+    let (zero, one) = (constant(0.0), constant(1.0));
+    let Squares {
+        form: [xx, xy, yy],
+        middle,
+        spread,
+        ..
+    } = Squares::new(map, constant(0.5), |v| v.sqrt());
     let (large, small) = (middle + spread, middle - spread);
     let sigma2 = constant((PIXEL_SIGMA_PX * PIXEL_SIGMA_PX) as f32);
     let (along, across) = (
@@ -389,6 +418,6 @@ pub(crate) fn as_taken(prepared: &Prepared, pos_in_reference: DVec2) -> [f32; 3]
 
 /// The colour; a spline may overshoot below 0, where there is no light.
 #[inline(always)]
-pub(crate) fn first_three<S: Simd>(sum: f32x4<S>) -> [f32; 3] {
+fn first_three<S: Simd>(sum: f32x4<S>) -> [f32; 3] {
     [sum[0].max(0.0), sum[1].max(0.0), sum[2].max(0.0)]
 }

@@ -16,13 +16,10 @@ use gltf::json::texture::{Info, MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
 use resample_io::whole_picture::ImageFormat;
 
-use super::super::choice::LightMaps;
-use super::super::files;
-use super::super::files::Names;
-use super::super::notes::Notes;
-use super::accessor::Numbers;
-use super::{container, glossiness};
-use crate::input::pictures;
+use crate::input::files::{self, Names};
+use crate::input::gltf::accessor::Numbers;
+use crate::input::gltf::document;
+use crate::input::options::{LightMaps, Notes};
 use crate::scene::{
     AlphaMode, Lighting, Magnify, Material, Physical, Sides, Texture, TextureUse, Wrap,
 };
@@ -50,7 +47,7 @@ pub(super) struct Materials<'a> {
     /// Materials read so far.
     pub materials: Vec<Material>,
     /// Textures read so far.
-    pub textures: pictures::Pictures,
+    pub textures: files::Pictures,
     by_index: HashMap<Option<usize>, usize>,
     by_image: HashMap<usize, Option<usize>>,
 }
@@ -63,7 +60,7 @@ impl<'a> Materials<'a> {
         names: &'a Names<'a>,
         light_maps: LightMaps,
     ) -> Self {
-        let (materials, textures) = (Vec::new(), pictures::Pictures::default());
+        let (materials, textures) = (Vec::new(), files::Pictures::default());
         Self {
             root,
             numbers,
@@ -101,15 +98,16 @@ impl<'a> Materials<'a> {
             .get(index)
             .ok_or_else(|| format!("material {index} does not exist"))?;
         let extensions = json.extensions.as_ref();
-        let diffuse = extensions.and_then(|e| e.others.get("KHR_materials_pbrSpecularGlossiness"));
-        let (base_colour, base_info) = match diffuse {
-            Some(value) => glossiness::diffuse(value, index)?,
+        let glossiness =
+            extensions.and_then(|e| e.others.get("KHR_materials_pbrSpecularGlossiness"));
+        let (base_colour, base_info) = match glossiness {
+            Some(value) => diffuse_of(value, index)?,
             None => {
                 let pbr = &json.pbr_metallic_roughness;
                 (pbr.base_color_factor.0, pbr.base_color_texture.clone())
             }
         };
-        if diffuse.is_some_and(glossiness::is_simplified) {
+        if glossiness.is_some_and(is_simplified) {
             notes.say(GLOSSINESS.to_owned());
         }
         let strength = extensions
@@ -154,8 +152,8 @@ impl<'a> Materials<'a> {
                 Some(_) => Lighting::Unlit,
                 None => Lighting::Lit,
             },
-            physical: Some(match diffuse {
-                Some(value) => glossiness::light(value),
+            physical: Some(match glossiness {
+                Some(value) => light(value),
                 None => self.physical(json, notes)?,
             }),
         };
@@ -311,13 +309,13 @@ impl<'a> Materials<'a> {
             .and_then(|mime| ImageFormat::from_mime_type(&mime.0));
         let format = mime.or_else(|| ImageFormat::from_path(json.uri.as_deref()?).ok());
         match (json.buffer_view, &json.uri) {
-            (Some(view), _) => pictures::decode(
+            (Some(view), _) => files::decode(
                 self.numbers.view(view.value())?,
                 (format, label),
                 self.names.gate,
             ),
-            (None, Some(uri)) => pictures::decode(
-                &container::from_uri(uri, self.names)?,
+            (None, Some(uri)) => files::decode(
+                &document::from_uri(uri, self.names)?,
                 (format, label),
                 self.names.gate,
             ),
@@ -359,4 +357,71 @@ fn uv_transform(transform: &gltf::json::extensions::texture::TextureTransform) -
         rotation * scale,
         DVec2::from_array(transform.offset.0.map(f64::from)),
     )
+}
+
+// KHR_materials_pbrSpecularGlossiness: its substitute for the base colour, and its light.
+
+/// The reflectance of a dielectric along its normal, used in place of the specular colour.
+const DIELECTRIC: f64 = 0.04;
+
+/// The diffuse colour and picture of KHR_materials_pbrSpecularGlossiness, which stand for the base colour's; of a metal its
+/// specular colour.
+fn diffuse_of(value: &serde_json::Value, index: usize) -> Result<([f32; 4], Option<Info>), String> {
+    let broken = |error| format!("material {index}: KHR_materials_pbrSpecularGlossiness: {error}");
+    let factor = value
+        .get("diffuseFactor")
+        .cloned()
+        .map(serde_json::from_value)
+        .transpose()
+        .map_err(broken)?;
+    let info = value
+        .get("diffuseTexture")
+        .cloned()
+        .map(serde_json::from_value)
+        .transpose()
+        .map_err(broken)?;
+    let [r, g, b, a] = factor.unwrap_or([1.0; 4]);
+    if [r, g, b] != [0.0; 3] || info.is_some() {
+        return Ok(([r, g, b, a], info));
+    }
+    // A metal scatters nothing: its colour is that of its reflection.
+    let specular = value.get("specularFactor").cloned();
+    let specular = specular.map(serde_json::from_value).transpose();
+    let [r, g, b] = specular.map_err(broken)?.unwrap_or([1.0; 3]);
+    Ok(([r, g, b, a], info))
+}
+
+/// Returns true if it says more than is drawn: a picture of specular colour and gloss, or a reflection that is neither a dielectric's nor that of a metal.
+fn is_simplified(value: &serde_json::Value) -> bool {
+    let is_metal = light(value).metal == 1.0;
+    // Without a factor it is white, which no dielectric has.
+    let specular = value.get("specularFactor").and_then(|v| v.as_array());
+    let near = |factor: &serde_json::Value| {
+        factor
+            .as_f64()
+            .is_some_and(|f| (f - DIELECTRIC).abs() < 0.02)
+    };
+    let is_dielectric = specular.is_some_and(|factors| factors.iter().all(near));
+    value.get("specularGlossinessTexture").is_some() || !is_metal && !is_dielectric
+}
+
+/// The light of KHR_materials_pbrSpecularGlossiness: a dielectric, or a metal where nothing scatters.
+pub(super) fn light(value: &serde_json::Value) -> Physical {
+    let number =
+        |name: &str, default: f64| value.get(name).and_then(|v| v.as_f64()).unwrap_or(default);
+    let is_metal = value.get("diffuseTexture").is_none()
+        && value
+            .get("diffuseFactor")
+            .and_then(|v| v.as_array())
+            .is_some_and(|factors| {
+                factors
+                    .iter()
+                    .take(3)
+                    .all(|factor| factor.as_f64() == Some(0.0))
+            });
+    Physical {
+        metal: f32::from(u8::from(is_metal)),
+        roughness: 1.0 - number("glossinessFactor", 1.0) as f32,
+        ..Physical::default()
+    }
 }

@@ -1,24 +1,14 @@
 //! glTF 2.0: .gltf with buffers beside it or inside, and .glb.
 //!
-//! Takes the bytes of a file, gives a scene. The container is opened (`container.rs`), nodes are placed (`nodes.rs`), and
-//! each mesh of the chosen scene is read (`primitive.rs`, `deform.rs`) with its material (`material.rs`); every number
-//! comes through `accessor.rs`, which checks it.
+//! Takes the bytes of a file, gives a scene. The container is opened (`document`), nodes are placed (`nodes`), at a moment of an
+//! animation (`animation`), and each mesh of the chosen scene is read (`primitive`) with its material (`material`); every number
+//! comes through `accessor`, which checks it.
 //! Source: the glTF 2.0 specification of the Khronos Group. Limits: points and lines are left out, and of materials the layers of light beyond metal and roughness.
 
-mod pose;
-
-use crate::input::gltf::pose::animation;
-use crate::input::gltf::pose::deform;
-use crate::input::gltf::pose::nodes;
-
 mod accessor;
-mod attribute;
-mod camera;
-mod container;
 mod document;
-mod extensions;
-mod glossiness;
-mod instances;
+mod animation;
+mod nodes;
 mod material;
 mod primitive;
 
@@ -27,20 +17,19 @@ use gltf::json::Root;
 use resample_io::Gate;
 use serde_json::Value;
 
-use super::choice::LoadOptions;
-use super::files::{Names, excerpt};
-use super::notes::Notes;
-use crate::input::finish::origin;
-use crate::input::gltf::pose::animation::NodePoses;
-use crate::input::gltf::pose::deform::MeshTransform;
+use crate::input::files::{Names, excerpt};
+use crate::input::finish;
+use crate::input::options::{LoadOptions, Notes};
 use crate::scene::{Mesh, Scene};
 use accessor::Numbers;
+use animation::NodePoses;
 use document::Transform;
 use material::Materials;
+use primitive::MeshTransform;
 
 /// Returns true if a file starts as a binary glTF does.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
-    container::is_binary(bytes)
+    document::is_binary(bytes)
 }
 
 /// The content of a mesh file beside the drawn scene.
@@ -63,7 +52,7 @@ pub struct Animation {
 
 /// Reads what a document has; names in it count from `names`.
 pub(crate) fn contents(bytes: &[u8], names: &Names) -> Result<Contents, String> {
-    let document = container::open(bytes, names)?;
+    let document = document::open(bytes, names)?;
     let numbers = Numbers::new(&document.root, &document.buffers);
     let of = |animation: &Value| Animation {
         name: animation
@@ -88,9 +77,9 @@ pub(super) fn load(
     options: &LoadOptions,
     notes: &mut Notes,
 ) -> Result<Scene, String> {
-    let document = container::open(bytes, names)?;
+    let document = document::open(bytes, names)?;
     let root = &document.root;
-    extensions::tell(root, notes);
+    document::tell(root, notes);
     let numbers = Numbers::new(root, &document.buffers);
     let mut posed = NodePoses::new(&document.transforms);
     match &options.pose {
@@ -120,14 +109,14 @@ pub(super) fn load(
             weights: posed.weights.get(&node).map(Vec::as_slice),
             node,
         };
-        let instances = instances::instances(&root.nodes[node], &numbers)
+        let instances = nodes::instances(&root.nodes[node], &numbers)
             .map_err(|what| format!("node {node}: {what}"))?;
         for instance in &instances {
             let place = read.mesh_transform(instance)?;
             read.mesh((index.value(), &place), &mut materials, &mut meshes, notes)?;
         }
     }
-    let cameras = camera::cameras(root, &shown, &world_from_nodes, notes);
+    let cameras = nodes::cameras(root, &shown, &world_from_nodes, notes);
     let Materials {
         materials,
         textures,
@@ -140,7 +129,7 @@ pub(super) fn load(
         cameras,
         ..Scene::default()
     };
-    origin::place(&mut scene, &meshes.positions);
+    finish::set_origin(&mut scene, &meshes.positions);
     Ok(scene)
 }
 
@@ -240,7 +229,7 @@ impl Reading<'_> {
         let binds = match skin.inverse_bind_matrices {
             Some(accessor) => self
                 .numbers
-                .vectors::<16>(accessor.value(), &deform::BIND)?,
+                .vectors::<16>(accessor.value(), &primitive::BIND)?,
             None => Vec::new(),
         };
         if !binds.is_empty() && binds.len() < skin.joints.len() {

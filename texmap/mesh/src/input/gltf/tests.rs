@@ -9,7 +9,6 @@ use super::*;
 use crate::input::files::nowhere;
 use crate::scene::{SceneLens, Sides};
 
-mod accessors;
 mod containers;
 mod materials;
 mod poses;

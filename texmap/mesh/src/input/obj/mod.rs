@@ -1,13 +1,11 @@
 //! OBJ: positions, texture coordinates, normals and polygons, with materials from MTL files.
 //!
 //! Takes the bytes of a file, gives a scene. Each line is read on its own, so that an error can name it; a polygon of any
-//! shape becomes triangles (`polygon.rs`), and corners that agree in all their indices become one vertex. v counts from
+//! shape becomes triangles (`finish`), and corners that agree in all their indices become one vertex. v counts from
 //! the bottom of the picture here and from its top afterwards. The crate `tobj` is not used, because it shifts texture
 //! coordinates where only some corners have them, and cannot name the line of an error; tests compare with it.
 //! Source: the Wavefront format as the programs of today write it. Limits: no curves, no lines and points.
 
-mod channels;
-mod entry;
 mod lines;
 mod map;
 mod mtl;
@@ -17,8 +15,8 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::files::{Names, excerpt};
-use super::notes::Notes;
-use crate::input::finish::{origin, polygon};
+use crate::input::finish;
+use crate::input::options::Notes;
 use crate::scene::{Mesh, Scene};
 use lines::{Line, decode_text, lines, numbers};
 use mtl::Library;
@@ -160,7 +158,7 @@ impl Reading<'_> {
             notes.say("polygons of less than three corners are left out".to_owned());
             return Ok(());
         }
-        polygon::check(corners.len())?;
+        finish::check(corners.len())?;
         self.corners += corners.len();
         if self.corners > MAX_CORNERS {
             return Err(format!("more than {MAX_CORNERS} corners"));
@@ -169,7 +167,7 @@ impl Reading<'_> {
             .iter()
             .map(|corner| self.positions[corner.0 as usize])
             .collect();
-        let triangles = polygon::triangles(&shape);
+        let triangles = finish::triangles(&shape);
         let key = (
             self.material.clone(),
             corners.iter().all(|c| c.1.is_some()),
@@ -270,7 +268,7 @@ impl Reading<'_> {
             mesh.material = library.place(&group.material, &mut scene.materials, notes)?;
             scene.meshes.push(mesh);
         }
-        origin::place(&mut scene, &in_world);
+        finish::set_origin(&mut scene, &in_world);
         scene.textures = library.into_textures();
         Ok(scene)
     }

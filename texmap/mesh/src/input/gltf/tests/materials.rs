@@ -171,7 +171,7 @@ fn a_set_that_is_missing_leaves_the_plain_colour() {
         rest,
     )
     .expect("a good file");
-    let scene = crate::input::finish::checked::scene(scene, &mut notes).expect("a good scene");
+    let scene = crate::input::finish::scene(scene, &mut notes).expect("a good scene");
     let material = &scene.materials[scene.meshes[0].material];
     assert!(material.base_texture.is_none(), "there is no sixth set");
     assert!(
