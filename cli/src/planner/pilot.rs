@@ -29,7 +29,7 @@ pub(super) struct PlannedScene<'a> {
 /// The windows of some of the pictures.
 pub(super) struct Pilot {
     pub(super) views: Vec<View>,
-    guard_px: usize,
+    pub(super) guard_px: usize,
     /// Draws of each picture so far.
     pub(super) draws: usize,
     /// Pictures of the whole sequence.
@@ -272,7 +272,11 @@ impl Pilot {
     pub(super) fn add_windows(&mut self, draws: usize) {
         for view in &mut self.views {
             for draw in self.draws..self.draws + draws {
-                let Some(window) = view.cells.window(draw) else {
+                let window = match view.cells.is_ranked() {
+                    true => view.cells.next_in_rank(&view.windows),
+                    false => view.cells.window(draw),
+                };
+                let Some(window) = window else {
                     continue;
                 };
                 match view
@@ -362,7 +366,7 @@ impl Pilot {
             cells: view.cells.len(),
             mean_square_change: view.cells.mean_square_change().filter(|_| is_own),
             change: view.cells.change(),
-            change_behind: view.cells.change_behind(view.windows.len()),
+            change_behind: view.cells.change_behind(&view.windows),
         };
         self.views
             .iter()
@@ -400,8 +404,7 @@ impl Pilot {
 
     /// Returns true if windows stand where whole pictures change most.
     pub(super) fn is_ranked(&self) -> bool {
-        let is_ranked = |view: &View| view.cells.change_behind(0).is_some();
-        self.views.iter().all(is_ranked)
+        self.views.iter().all(|view| view.cells.is_ranked())
     }
 
     /// Returns true if anything is covered.

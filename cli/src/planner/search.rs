@@ -100,6 +100,7 @@ pub(super) struct Search<'a, 'b> {
     pub(super) ladder: &'a Ladder,
     pub(super) pilot: Pilot,
     pub(super) default: Candidate,
+    exact: Candidate,
     pub(super) tried: Vec<Tried>,
     /// Measured over predicted time of a whole picture under the default, where that was drawn; else 1.
     pub(super) time_scale: f64,
@@ -122,6 +123,7 @@ pub(super) fn found(scene: &mut PlannedScene, ladder: &Ladder, asked: Asked) -> 
         scene,
         ladder,
         default: Candidate::new(&ladder.default),
+        exact: Candidate::new(ladder.exact()),
         tried: Vec::new(),
         time_scale: 1.0,
         default_is_measured: false,
@@ -150,32 +152,39 @@ pub(super) fn found(scene: &mut PlannedScene, ladder: &Ladder, asked: Asked) -> 
 impl Search<'_, '_> {
     /// Adds windows under the exact and the default setting until their errors are clear; whether that is worth its cost.
     fn looked_for_errors(&mut self) -> Result<bool> {
-        let mut exact = Candidate::new(self.ladder.exact());
         let pictures = self.pilot.pictures as f64;
         let previews = self.pilot.work;
         self.pilot.add_windows(1);
-        self.pilot.measure(self.scene, &mut exact)?;
+        self.pilot.measure(self.scene, &mut self.exact)?;
         // The default costs no more than the exact setting.
         let windows = 2.0 * DRAWS as f64 * (self.pilot.work - previews);
-        // Pictures that rank cells for a largest error are as dear as an eighth of the exact one. They are drawn, whatever is chosen.
+        // Pictures that rank cells for a largest error are drawn, whatever is chosen.
         let counted = if self.pilot.is_ranked() {
             0.0
         } else {
             previews
         };
-        if counted + windows > SHARE_OF_EXACT * pictures * self.pilot.picture_work(&exact) {
+        if counted + windows > SHARE_OF_EXACT * pictures * self.pilot.picture_work(&self.exact) {
             return Ok(false);
         }
         let mut draws = 1;
         while draws < MOST_DRAWS {
-            let more = DRAWS - draws % DRAWS;
+            // Where the default is far below a largest error, two windows show it.
+            let more = match draws {
+                1 if self.pilot.is_ranked() => 1,
+                _ => DRAWS - draws % DRAWS,
+            };
             self.pilot.add_windows(more);
             draws += more;
-            self.pilot.measure(self.scene, &mut exact)?;
+            self.pilot.measure(self.scene, &mut self.exact)?;
             self.pilot.measure(self.scene, &mut self.default)?;
+            let verdict = self.verdict();
+            if draws < DRAWS && !matches!(verdict, Verdict::Keeps) {
+                continue;
+            }
             let default_run = pictures * self.pilot.picture_work(&self.default);
-            let exact_run = pictures * self.pilot.picture_work(&exact);
-            let most = match self.verdict() {
+            let exact_run = pictures * self.pilot.picture_work(&self.exact);
+            let most = match verdict {
                 Verdict::Keeps => break,
                 Verdict::Fails => default_run.min(SHARE_WHERE_IT_FAILS * exact_run),
                 Verdict::Unsure => default_run.min(SHARE_OF_EXACT * exact_run),
@@ -185,21 +194,20 @@ impl Search<'_, '_> {
                 break;
             }
         }
-        let share = self.pilot.picture_work(&self.default) / self.pilot.picture_work(&exact);
-        self.place_default(exact.rung.work * share);
+        let share = self.pilot.picture_work(&self.default) / self.pilot.picture_work(&self.exact);
+        self.place_default(self.exact.rung.work * share);
         Ok(true)
     }
 
     /// Adds windows under the exact and the default setting until there are enough to know the default's time; false where
     /// there are no parts to see errors in, because each window would be a whole picture.
     fn looked_for_times(&mut self) -> Result<bool> {
-        let mut exact = Candidate::new(self.ladder.exact());
         let has_errors = side_px(self.scene) < u32::MAX;
         let previews_ms = self.pilot.cpu_ms;
         for draw in 1..=MOST_DRAWS {
             self.pilot.add_windows(1);
             if has_errors {
-                self.pilot.measure(self.scene, &mut exact)?;
+                self.pilot.measure(self.scene, &mut self.exact)?;
             }
             self.pilot.measure(self.scene, &mut self.default)?;
             let own_ms = self.pilot.cpu_ms - previews_ms;
@@ -282,12 +290,12 @@ impl Search<'_, '_> {
             if is_exact || (keeps && self.is_too_slow(rung, &last)) {
                 break;
             }
-            let (candidate, mut found) = self.note(rung)?;
+            let (mut candidate, mut found) = self.note(rung)?;
             if is_error && keeps && self.is_worse_than_default() {
                 break;
             }
             if is_error && found.is_some() {
-                found = self.checked(&candidate)?;
+                found = self.checked(&mut candidate)?;
             }
             best = found.or(best);
             if found.is_some() != keeps {
@@ -334,12 +342,17 @@ impl Search<'_, '_> {
     /// Compares the picture of a volume under the setting that was tried last with one of more rays and one of longer steps, all over,
     /// and judges it again by what of each change the windows hold; its place where it still keeps the bound. The change of the default, which
     /// decided where windows stand, need not be where a dearer setting errs.
-    fn checked(&mut self, candidate: &Candidate) -> Result<Option<usize>> {
+    fn checked(&mut self, candidate: &mut Candidate) -> Result<Option<usize>> {
         let place = self.tried.len() - 1;
         let Asked::Error(bound) = self.asked else {
             return Ok(Some(place));
         };
         let is_volume = matches!(self.scene.typed, Setting::Volume(_));
+        if is_volume && bound.metric == BoundMetric::Max && self.pilot.is_ranked() {
+            self.look_where_it_changes(candidate)?;
+            let keeps = self.judged_again(candidate);
+            return Ok(keeps.then_some(place));
+        }
         if !is_volume || bound.metric != BoundMetric::Rms || !self.pilot.compared_all() {
             return Ok(Some(place));
         }
@@ -352,6 +365,15 @@ impl Search<'_, '_> {
             self.judged_again(candidate);
         }
         Ok((self.tried[place].keeps == Keeps::Yes).then_some(place))
+    }
+
+    /// Draws windows where a setting itself changes most from a coarser one.
+    fn look_where_it_changes(&mut self, candidate: &mut Candidate) -> Result<()> {
+        self.pilot
+            .rank_again(self.scene, self.ladder, &candidate.rung)?;
+        self.pilot.add_windows(DRAWS);
+        self.pilot.measure(self.scene, &mut self.exact)?;
+        self.pilot.measure(self.scene, candidate)
     }
 
     /// The same for the default, whose rays are compared from the beginning: its steps.
