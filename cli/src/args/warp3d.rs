@@ -204,19 +204,19 @@ impl LayoutWord {
 
 impl Default for WarpCameraArgs {
     fn default() -> Self {
-        super::defaults::defaults()
+        super::given::defaults()
     }
 }
 
 impl Default for DepthArgs {
     fn default() -> Self {
-        super::defaults::defaults()
+        super::given::defaults()
     }
 }
 
 impl Default for ViewArgs {
     fn default() -> Self {
-        super::defaults::defaults()
+        super::given::defaults()
     }
 }
 
