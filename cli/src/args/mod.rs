@@ -17,8 +17,7 @@ pub use crate::args::volume::{
     TransferArgs, VolumeArgs,
 };
 
-use crate::values::input_file::InputFile;
-use crate::values::source::{HeldVolumes, Source};
+use crate::values::input_file::{HeldVolumes, InputFile, Source};
 use crate::values::{self, Axis, BackgroundWord, Orbit, Size, input_file};
 
 mod drawing;

@@ -10,4 +10,3 @@ pub(crate) mod camera_path;
 pub mod viewpoint;
 pub mod framing;
 pub mod multiview;
-pub(crate) mod picked_point;

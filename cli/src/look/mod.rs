@@ -4,13 +4,9 @@
 //! `transfer`, `channel_look` and `colours` make the look of one volume, of a channel and of colour voxels; `suggested` is the
 //! light and blending that go with it; `transfer_plot` draws the function over the histogram.
 
-pub(crate) mod blend;
-pub(crate) mod clip;
-mod options;
-pub(crate) mod suggested;
+pub(crate) mod options;
 pub(crate) mod transfer;
 pub(crate) mod channel_look;
-mod colours;
 pub(crate) mod transfer_plot;
 
 use anyhow::{Context, Result};
@@ -18,7 +14,7 @@ use volsplat::{Described, RenderOptions, TransferFunction};
 
 use crate::args::{Given, RenderArgs, VolsplatArgs};
 use crate::look::channel_look::{ChannelLook, Values};
-use crate::look::suggested::Suggested;
+use crate::look::transfer::Suggested;
 use crate::output::Format;
 
 /// The look of a volume, decided.
@@ -119,7 +115,7 @@ fn channel_look(args: &VolsplatArgs, channel: &Channel) -> Result<(ChannelLook, 
         LookSource::Also(place) => of_word(&word(&args.scene.also, *place)?),
         LookSource::Word(word) => of_word(word),
         LookSource::ColourOpacity => {
-            let (function, suggested) = colours::opacity(args, volume)?;
+            let (function, suggested) = channel_look::opacity(args, volume)?;
             Ok((ChannelLook::Transfer(function), suggested))
         }
         LookSource::Tint(component) => {

@@ -7,12 +7,12 @@ use anyhow::Result;
 use resample_core::{Camera, Image};
 use volsplat::Subpixels;
 
-use super::candidate::Candidate;
 use super::ladder::{Ladder, Rung};
 use super::pilot::{Pilot, PlannedScene, View, preview_camera};
 use super::windows::Cells;
 use crate::measure::Rendered;
 use crate::open::setting::{Choices, Setting, VolumeChoice};
+use crate::planner::pilot::Candidate;
 
 /// Pictures of up to so many pixels along a side are compared as a whole: at half of the pixels the rims of plates have other contrast,
 /// and windows missed them. Of larger ones previews are, because whole pictures would cost more than windows.

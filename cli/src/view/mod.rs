@@ -10,14 +10,12 @@
 pub(crate) mod options_text;
 pub(crate) mod opened_scene;
 mod facts;
+mod encode;
 mod message;
 mod mailbox;
 pub(crate) mod serve;
-mod sender;
-mod encode;
 mod ladder;
 pub(crate) mod render_thread;
-mod job;
 mod save;
 
 use std::ffi::OsString;
@@ -26,12 +24,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Result;
 
-use crate::args::words::application::Application;
+use crate::args::words::content::Application;
 use crate::args::{ServeArgs, ViewArgs};
 use crate::process::report::Verbosity;
 use crate::process::{interrupt, report};
 use crate::threads;
-use crate::values::source::Held;
+use crate::values::input_file::Held;
 use crate::view::opened_scene::OpenedScene;
 use crate::view::options_text::Words;
 use crate::view::render_thread::Studio;

@@ -10,7 +10,6 @@
 
 mod ladders;
 mod page;
-mod probe;
 mod record;
 mod rows;
 mod verdict;
@@ -42,7 +41,7 @@ pub(crate) fn run(args: TradeArgs, typed: &Typed, verbosity: Verbosity) -> Resul
         }
     }
     if options.probe {
-        return probe::run(drawing);
+        return rows::run(drawing);
     }
     let resumes = drawing.resume();
     let settings = ladders::settings(&drawing, &options.settings)?;

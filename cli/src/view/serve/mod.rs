@@ -6,5 +6,3 @@
 pub(crate) mod server;
 pub(crate) mod heads;
 pub(crate) mod http;
-pub(crate) mod page;
-pub(crate) mod socket;
