@@ -1,7 +1,7 @@
 //! Cameras as they are typed: `FILE`, `FILE#ENTRY`, `fov:DEGREES`, `shift:X,Y,Z`.
 //!
 //! Takes a word and the facts known by then, gives cameras. Files of this program's own kind are read by
-//! `camera_file.rs`, all others by `warp3d::input::cameras`.
+//! `camera_file`, all others by `warp3d::input::cameras`. A camera of one pixel gives the point that it sees.
 
 #[cfg(test)]
 mod tests;

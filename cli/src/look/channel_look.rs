@@ -1,6 +1,7 @@
 //! How one channel looks: a transfer function, labels or a tint, from the words that describe it or from the data.
 //!
-//! Takes the typed options, a word of `--channel` or `--also`, and the volume.
+//! Takes the typed options, a word of `--channel` or `--also`, and the volume. Voxels that are colours are drawn as they are, with an opacity
+//! that follows alpha or the brightest component.
 
 use std::path::Path;
 

@@ -1,8 +1,7 @@
 //! The look of a volume: takes typed options and the facts of the data, returns transfer functions, light and blending.
 //!
-//! [`decide`] computes the whole look; drawing uses it unchanged. `blend`, `clip` and `options` translate typed options;
-//! `transfer`, `channel_look` and `colours` make the look of one volume, of a channel and of colour voxels; `suggested` is the
-//! light and blending that go with it; `transfer_plot` draws the function over the histogram.
+//! [`decide`] computes the whole look; drawing uses it unchanged. `options` translates typed options; `transfer` makes the function of
+//! one volume, and the light and blending that go with it; `channel_look` makes the look of a channel and of colour voxels; `transfer_plot` draws the function over the histogram.
 
 pub(crate) mod options;
 pub(crate) mod transfer;

@@ -1,4 +1,4 @@
-//! From the typed options to those of the library, and to those that go with a look.
+//! From the typed options of drawing, blending and clipping to those of the library, and to those that go with a look.
 
 use anyhow::{Result, bail};
 use glam::DVec3;

@@ -1,7 +1,7 @@
 //! Makes the transfer function from typed options.
 //!
 //! Takes what was typed and the volume, gives the function, and the light and the blending that go with it where neither was
-//! typed. Where neither a file, a window, a preset nor a colour map is given, the data decide (`suggested.rs`). No file but the
+//! typed. Where neither a file, a window, a preset nor a colour map is given, the data decide, and one line says so. Typed options win over all of that. No file but the
 //! function's own is read, and none but the plot of `--show-transfer` is written.
 
 use std::path::Path;

@@ -1,6 +1,7 @@
-//! A picture in bands of rows, so that whoever waits for it can stop it in between.
+//! Parts of a picture: bands of rows, so that whoever waits for it can stop it in between, and tiles, each drawn by a process of its own.
 //!
-//! Every band shows the pixels that the whole picture would show.
+//! Every part shows the pixels that the whole picture would show. Tiles begin at edges of the renderers' own tiles, so that their sizes
+//! are alike and all are exact; the file of a tile says which one it is.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};

@@ -5,7 +5,7 @@
 //!    which the exact setting and the candidates are drawn (`pilot`);
 //! 3. search: the default first, then up the ladder until a setting keeps the bound, or down it while one does
 //!    (`search`); errors of whole pictures are predicted from those of windows with a margin (`estimate`);
-//!    for a time, the least measured error among all that fit (`in_time`);
+//!    for a time, the least measured error among all that fit;
 //! 4. the scene that was read is drawn with the setting that was chosen, and the choice is explained (`explain`).
 //!
 //! The choice for an error reads no clock: it is the same on every machine, and so is the picture. The choice for a time

@@ -1,4 +1,9 @@
 //! The search: the default first; up the ladder until a setting keeps the bound, or down it while one does.
+//!
+//! For a time every setting that may fit is timed, its error is measured, and the best is drawn. No order of the ladder is presumed: a dearer
+//! setting can have a larger error, as where narrow peaks of a transfer function are drawn along rays. Parts of a picture can miss where its
+//! time goes, so a prediction that is near the limit is replaced by the measured time of a whole picture, and corrects the others.
+//! Limits: one drawing of a picture is one measurement of its time; other work on the machine lengthens it.
 
 use anyhow::Result;
 

@@ -1,4 +1,4 @@
-//! The report of a run: lines on stderr and the stats file.
+//! The report of a run: lines, notes and bars on stderr, and the stats file.
 //!
 //! Takes counts and times, gives text. Everything for people goes to stderr, so that stdout stays free; a closed
 //! stderr is no reason to stop. The keys of the stats file are described in `docs/stats.md`.

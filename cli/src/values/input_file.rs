@@ -1,4 +1,7 @@
-//! A file as it is typed, and behind a `#` the part of it that is meant: `FILE#PART`.
+//! A file as it is typed, and behind a `#` the part of it that is meant: `FILE#PART`; or the memory of the program that uses this library.
+//!
+//! A scene of memory is shared, so that planning, drawing and looking live read the same one. It takes the place of the file alone: all
+//! options that say how it looks, and how it is placed, are still those of the command.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

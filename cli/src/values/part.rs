@@ -1,4 +1,4 @@
-//! Words for a part of the work: some pictures of a sequence, one tile of a picture.
+//! Words for a part of the work (some pictures of a sequence, one tile of a picture), a lens, a sway, and a number of bytes.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};

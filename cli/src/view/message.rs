@@ -1,4 +1,7 @@
-//! Messages between the page and the server: JSON texts, and pictures behind a JSON head.
+//! Messages between the page and the server: JSON texts, and pictures behind a JSON head; and the jobs that some of them start.
+//!
+//! A job is a file that is written beside the viewing: the command that draws it runs on a thread of its own, with the scene read anew. It
+//! sends news of pictures that are done, and the page can cancel it.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};

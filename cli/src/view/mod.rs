@@ -5,7 +5,7 @@
 //!
 //! `options_text` finds the command and takes the page's changes of it; `opened_scene` is the scene as it is drawn; `serve` speaks to
 //! the browser; `mailbox` keeps the newest request; `render_thread` draws and answers; `ladder` chooses the size of moving
-//! frames; `save` writes files; those that need pictures are drawn by a `job` on a thread of its own.
+//! frames; `save` writes files; those that need pictures are drawn by a job on a thread of its own.
 
 pub(crate) mod options_text;
 pub(crate) mod opened_scene;

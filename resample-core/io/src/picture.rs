@@ -1,4 +1,4 @@
-//! A picture in linear light, as every format leaves it.
+//! A picture in linear light, a plane of numbers, and rows of either, as every format leaves them.
 
 use resample_core::Error;
 

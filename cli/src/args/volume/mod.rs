@@ -1,4 +1,4 @@
-//! Arguments of volumes, one group of `--help` a file.
+//! Arguments of volumes, one struct for each group of `--help`.
 //!
 //! `order` infers the order of compositing from options that only one order has.
 

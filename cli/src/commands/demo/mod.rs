@@ -1,9 +1,9 @@
 //! `resample demo`: volumes, a mesh and a depth image, all made of formulas, as pictures on one page.
 //!
-//! 1. the scenes are written as files that any command can read (`scenes`);
+//! 1. the scenes are written as files that any command can read;
 //! 2. each is drawn twice, as the command line draws it and the quick way that most programs go, and both are held against
-//!    a reference (`drawn`);
-//! 3. a page shows the pictures, their errors, and the commands that draw them again (`page`).
+//!    a reference;
+//! 3. a page shows the pictures, their errors, and the commands that draw them again.
 
 use std::path::Path;
 use std::time::Instant;

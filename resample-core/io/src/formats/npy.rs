@@ -1,4 +1,4 @@
-//! The header of NumPy's `.npy` files: type, order and shape of one array of numbers.
+//! NumPy's `.npy` files: the header (type, order and shape of one array of numbers), and depth that is stored in one.
 //!
 //! The header is a Python literal of three entries, read here by hand: a general reader of literals can be led into deep
 //! recursion by a forged one. Source: NumPy's description of the format, versions 1 to 3.

@@ -1,4 +1,4 @@
-//! Shared by readers of TIFF files: the mark of a file, and the most that a file of some length can unpack to.
+//! TIFF: the mark of a file and the most that a file of some length can unpack to, for all readers; and depth that is stored as TIFF.
 
 use std::io::BufReader;
 use std::path::Path;

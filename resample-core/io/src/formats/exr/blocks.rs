@@ -1,7 +1,9 @@
 //! The pixels of an EXR file, block by block.
 //!
 //! Takes some channels, gives pieces of rows of them, side by side, on the display window. A block is some scan lines or
-//! a tile, and only one is held at a time. Channels of different parts never share a block: those are held whole.
+//! a tile, and only one is held at a time. Channels of different parts never share a block: those are held whole. The headers' claims,
+//! and the sizes at the head of a block of DWAA and DWAB, are held against the length of the file and the size of the pixels first: the
+//! decoder takes memory by them, and memory that is not there ends the process.
 
 use std::io::{BufRead, BufReader, Seek};
 use std::panic::catch_unwind;
