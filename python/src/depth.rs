@@ -3,7 +3,7 @@
 use numpy::{PyArray2, PyArray3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use resample_cli::values::source::HeldPicture;
+use resample_cli::values::input_file::HeldPicture;
 use resample_core::image::linear_from_srgb;
 use resample_io::colour::BRIGHTEST;
 use resample_io::{Picture, Plane, Stored};

@@ -11,11 +11,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use resample_cli::args::Drawing;
-use resample_cli::args::words::application::Application;
-use resample_cli::open::memory;
+use resample_cli::args::words::content::Application;
+use resample_cli::open;
 use resample_cli::picture::bands::Window;
 use resample_cli::process::interrupt;
-use resample_cli::values::source::{Held, HeldPictures, HeldVolumes};
+use resample_cli::values::input_file::{Held, HeldPictures, HeldVolumes};
 use resample_cli::view;
 use resample_core::simd::SimdLevel;
 
@@ -81,7 +81,7 @@ impl Scene {
             let session = Session::new(Application::Volume, inputs(name), None);
             let (lattice, voxels) = volume::parts(array, place.extract()?)?;
             let made = array.py().detach(|| match session.drawing(&named)?.0 {
-                Drawing::Volsplat(args) => memory::volume(&args, lattice, voxels),
+                Drawing::Volsplat(args) => open::volume(&args, lattice, voxels),
                 _ => anyhow::bail!("another command"),
             });
             made.map(Arc::new).map_err(|error| fault::raised(&error))
@@ -110,7 +110,7 @@ impl Scene {
         let session = Session::new(Application::Mesh, inputs.clone(), None);
         let scene = mesh::scene(&arrays)?;
         let made = options.py().detach(|| match session.drawing(&named)?.0 {
-            Drawing::Texmap(args) => memory::mesh(&args, scene),
+            Drawing::Texmap(args) => open::mesh(&args, scene),
             _ => anyhow::bail!("another command"),
         });
         let loaded = made.map_err(|error| fault::raised(&error))?;

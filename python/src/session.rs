@@ -9,7 +9,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
-use resample_cli::args::words::application::Application;
+use resample_cli::args::words::content::Application;
 use resample_cli::args::words::typed::Typed;
 use resample_cli::args::{
     CameraArgs, Drawing, PictureArgs, RenderArgs, SequenceArgs, TransferArgs, names_of,
@@ -20,7 +20,7 @@ use resample_cli::picture::bands::{Pace, Window, in_bands};
 use resample_cli::plan::{Change, Purpose, RunLog};
 use resample_cli::planner::{self, Planned};
 use resample_cli::process::report::Verbosity;
-use resample_cli::values::source::Held;
+use resample_cli::values::input_file::Held;
 use resample_core::{Camera, Image};
 use serde_json::{Value, json};
 

@@ -10,7 +10,7 @@ use clap::{Arg, ArgAction, Command};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyString, PyTuple};
-use resample_cli::args::words::application::Application;
+use resample_cli::args::words::content::Application;
 
 /// Options that Python has its own ways for: files that are written, and what is said.
 const OWN: [&str; 6] = ["output", "stats", "resume", "frames", "tile", "help"];

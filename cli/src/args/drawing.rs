@@ -8,7 +8,7 @@ use clap::Subcommand;
 use super::{
     AskArgs, Goes, PartArgs, PictureArgs, TexmapArgs, VolsplatArgs, Warp3dArgs, short_help,
 };
-use crate::values::source::{Held, Source};
+use crate::values::input_file::{Held, Source};
 
 /// A command that draws.
 #[derive(Clone, Debug, Subcommand)]

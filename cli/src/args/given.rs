@@ -4,8 +4,10 @@
 
 use std::collections::BTreeMap;
 
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::parser::ValueSource;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
+use volsplat::transfer::{ColourMap, Preset};
 
 /// Options, with the names and words of those that were set explicitly.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,7 +38,7 @@ impl<T> Given<T> {
 impl<T: Args> Default for Given<T> {
     fn default() -> Self {
         Self {
-            options: super::defaults::defaults(),
+            options: defaults(),
             words: BTreeMap::new(),
         }
     }
@@ -94,4 +96,33 @@ pub fn names_of<T: Args>() -> Vec<String> {
 
 fn group<T: Args>() -> Command {
     T::augment_args(Command::new("group"))
+}
+
+/// A group of which no option is typed. It must not require any.
+pub(super) fn defaults<T: Args + FromArgMatches>() -> T {
+    let matches = T::augment_args(Command::new("defaults").no_binary_name(true))
+        .get_matches_from(std::iter::empty::<&str>());
+    T::from_arg_matches(&matches).expect("a group of optional options")
+}
+
+/// The list that a person has asked for, one name in a line.
+pub fn listed(error: &clap::Error) -> Option<String> {
+    let told = |kind| match error.get(kind) {
+        Some(ContextValue::String(text)) => text.as_str(),
+        _ => "",
+    };
+    if error.kind() != ErrorKind::ValueValidation || told(ContextKind::InvalidValue) != "list" {
+        return None;
+    }
+    let option = told(ContextKind::InvalidArg);
+    let lines: Vec<String> = if option.starts_with("--preset ") {
+        let all = Preset::all();
+        all.map(|preset| format!("{:<16} {}", preset.name(), preset.about()))
+            .collect()
+    } else if option.starts_with("--colormap ") {
+        ColourMap::names().map(str::to_owned).collect()
+    } else {
+        return None;
+    };
+    Some(lines.join("\n") + "\n")
 }

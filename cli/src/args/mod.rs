@@ -7,50 +7,36 @@ pub(crate) mod tools;
 pub(crate) mod volume;
 pub mod words;
 
-mod defaults;
-
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 use resample_core::Projection;
 
-pub use volume::blend::{BlendArgs, RayBlend};
-pub use volume::clip::ClipArgs;
-pub use volume::file::VolumeArgs;
-pub use volume::render::{CellsName, OrderName, RenderArgs};
-pub use volume::scene::SceneArgs;
-pub use volume::transfer::TransferArgs;
+pub use crate::args::volume::{
+    BlendArgs, CellsName, ClipArgs, OrderName, RayBlend, ReadingArgs, RenderArgs, SceneArgs,
+    TransferArgs, VolumeArgs,
+};
 
-use crate::values::input_file;
-use crate::values::input_file::InputFile;
-use crate::values::source::{HeldVolumes, Source};
-use crate::values::{self, Axis, BackgroundWord, Orbit, Size};
+use crate::values::input_file::{HeldVolumes, InputFile, Source};
+use crate::values::{self, Axis, BackgroundWord, Orbit, Size, input_file};
 
-mod ask;
 mod drawing;
 mod given;
-mod listed;
-mod part;
 mod sequence;
 mod short_help;
 mod texmap;
 mod warp3d;
 
-pub use ask::AskArgs;
+pub use crate::args::given::listed;
+pub use crate::args::sequence::{AskArgs, PartArgs};
+pub use crate::args::tools::{
+    BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable, CompareArgs, CompletionsArgs, DemoArgs,
+    InfoArgs, JoinArgs, ManArgs, SceneArg, ServeArgs, TradeArgs, TradeOptions, ViewArgs,
+};
 pub use drawing::Drawing;
 pub use given::{Given, names_of};
-pub use listed::listed;
-pub use part::PartArgs;
 pub use sequence::SequenceArgs;
 pub use texmap::{ModelArgs, TexmapArgs};
-pub use tools::bench::{BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable};
-pub use tools::compare::CompareArgs;
-pub use tools::completions::{CompletionsArgs, ManArgs};
-pub use tools::info::{DemoArgs, InfoArgs};
-pub use tools::join::JoinArgs;
-pub use tools::trade::{SceneArg, TradeArgs, TradeOptions};
-pub use tools::view::{ServeArgs, ViewArgs};
-pub use volume::reading::ReadingArgs;
 pub use warp3d::{DepthArgs, LayoutWord, Warp3dArgs, WarpCameraArgs};
 
 /// How the command is left out, and the exit codes of all commands.
@@ -208,7 +194,7 @@ pub struct CameraArgs {
 
 impl Default for CameraArgs {
     fn default() -> Self {
-        defaults::defaults()
+        given::defaults()
     }
 }
 

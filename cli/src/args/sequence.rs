@@ -7,7 +7,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::PartArgs;
+use crate::values;
+use crate::values::{Bound, FrameRange, TileWord};
 
 /// Several pictures, one after another.
 #[derive(Args, Clone, Debug, Default)]
@@ -38,3 +39,37 @@ const MAX_STEPS: i64 = 100_000;
 
 /// Most pictures per second: more than any screen shows.
 const MAX_FPS: i64 = 1_000;
+
+/// The part of the pictures that is drawn; all else is decided by the whole.
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[command(next_help_heading = "Several pictures")]
+pub struct PartArgs {
+    /// Draw only pictures A to B-1, counted from 0; `A..` means to the end
+    ///
+    /// Names, views and settings stay those of the whole, so that many processes can each draw their pictures.
+    #[arg(long, value_name = "A..B", value_parser = values::frames)]
+    pub frames: Option<FrameRange>,
+    /// Draw only one tile of a picture that is divided in COLSxROWS, into a file of its own beside it
+    ///
+    /// Tiles are counted from 0. `resample join` makes the picture of all tiles: the bytes of one run.
+    #[arg(long, value_name = "COL,ROW/COLSxROWS", value_parser = values::tile)]
+    pub tile: Option<TileWord>,
+}
+
+/// The largest error or time of a picture.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Accuracy and time targets")]
+pub struct AskArgs {
+    /// The fastest setting whose error stays under BOUND, such as 1/255 or 0.004: the root mean square over the covered
+    /// pixels, against the most exact setting; max:1/64 bounds the largest change of any pixel
+    ///
+    /// Options that are given are kept as they are; the rest is chosen by measuring small windows of the picture.
+    #[arg(long, value_name = "BOUND", value_parser = values::bound, conflicts_with = "max_time_ms")]
+    pub max_error: Option<Bound>,
+    /// The most accurate setting that is predicted to take no longer than TIME a picture, such as 50ms or 2s
+    #[arg(long = "max-time", value_name = "TIME", value_parser = values::time_ms)]
+    pub max_time_ms: Option<f64>,
+    /// Print the chosen setting, the reason, and the error and saving of the others
+    #[arg(long)]
+    pub explain: bool,
+}

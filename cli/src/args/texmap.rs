@@ -9,8 +9,7 @@ use texmap::{Loaded, RenderOptions, Textures};
 
 use super::{AskArgs, CameraArgs, Given, PictureArgs, ReadingArgs, SequenceArgs};
 use crate::values::input_file;
-use crate::values::input_file::InputFile;
-use crate::values::source::Source;
+use crate::values::input_file::{InputFile, Source};
 
 /// Options of `resample texmap`.
 #[derive(Args, Clone, Debug, Default)]

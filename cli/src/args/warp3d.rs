@@ -15,7 +15,7 @@ use crate::cameras::multiview::{Anaglyph, Places};
 use crate::cameras::viewpoint;
 use crate::cameras::viewpoint::Viewpoint;
 use crate::values;
-use crate::values::source::{HeldPictures, Source};
+use crate::values::input_file::{HeldPictures, Source};
 use crate::values::{Grid, IntrinsicsWord, Size, Sway};
 
 /// Options of `resample warp3d`.
@@ -204,19 +204,19 @@ impl LayoutWord {
 
 impl Default for WarpCameraArgs {
     fn default() -> Self {
-        super::defaults::defaults()
+        super::given::defaults()
     }
 }
 
 impl Default for DepthArgs {
     fn default() -> Self {
-        super::defaults::defaults()
+        super::given::defaults()
     }
 }
 
 impl Default for ViewArgs {
     fn default() -> Self {
-        super::defaults::defaults()
+        super::given::defaults()
     }
 }
 

@@ -1,8 +1,8 @@
 //! Cameras: takes files, words and the bounds of a scene, returns the cameras of the pictures.
 //!
 //! Camera files of other programs (`camera_file`, read by `json_fields`), paths through keys (`camera_path`), a view given in words
-//! (`viewpoint`), the view that shows all of a scene (`framing`), several views in one picture (`multiview`), and the point of a scene
-//! under a pixel (`picked_point`).
+//! and the point of a scene under a pixel (`viewpoint`), the view that shows all of a scene (`framing`), and several views in one picture
+//! (`multiview`).
 
 pub(crate) mod json_fields;
 pub mod camera_file;
@@ -10,4 +10,3 @@ pub(crate) mod camera_path;
 pub mod viewpoint;
 pub mod framing;
 pub mod multiview;
-pub(crate) mod picked_point;

@@ -1,13 +1,16 @@
 //! Cameras as they are typed: `FILE`, `FILE#ENTRY`, `fov:DEGREES`, `shift:X,Y,Z`.
 //!
 //! Takes a word and the facts known by then, gives cameras. Files of this program's own kind are read by
-//! `camera_file.rs`, all others by `warp3d::input::cameras`.
+//! `camera_file`, all others by `warp3d::input::cameras`. A camera of one pixel gives the point that it sees.
+
+#[cfg(test)]
+mod tests;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use glam::{DAffine3, DVec3};
-use resample_core::{Camera, LookAt};
+use glam::{DAffine3, DVec2, DVec3};
+use resample_core::{Camera, Image, LookAt};
 use resample_io::files;
 use warp3d::input::cameras;
 use warp3d::input::cameras::{CameraSet, Distortion, Hints, Lens, Pair};
@@ -368,5 +371,18 @@ fn own_file(path: &Path, entry: Option<&str>, known: &Known) -> Result<Views> {
     })
 }
 
-#[cfg(test)]
-mod tests;
+/// The place on the ray of the pixel's centre at this camera z, world units.
+pub(crate) fn world_at(pixel: &Camera, depth: f64) -> DVec3 {
+    let (origin, direction) = pixel.ray_in_camera(DVec2::new(0.5, 0.5));
+    let pos_in_camera = origin + direction * (depth - origin.z) / direction.z;
+    pixel
+        .camera_from_world
+        .inverse()
+        .transform_point3(pos_in_camera)
+}
+
+/// The place that a picture of one pixel shows; `None` where it shows nothing, or has no depth.
+pub(crate) fn in_world(pixel: &Camera, picture: &Image) -> Option<DVec3> {
+    let depth = *picture.depth.as_ref()?.first()?;
+    depth.is_finite().then(|| world_at(pixel, f64::from(depth)))
+}

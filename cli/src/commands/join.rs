@@ -12,8 +12,8 @@ use resample_core::Image;
 use crate::args::JoinArgs;
 use crate::output;
 use crate::output::{Format, FrameNames};
-use crate::picture::tiles::{Kind, PartMark};
-use crate::picture::{MAX_PIXELS, input_picture, tiles};
+use crate::picture::bands::{Kind, PartMark};
+use crate::picture::{MAX_PIXELS, bands, input_picture};
 use crate::process::report;
 use crate::process::report::Verbosity;
 use crate::values::{Grid, TileWord};
@@ -156,7 +156,7 @@ fn check_complete(tiles: &[Found]) -> Result<()> {
 fn joined(tiles: &[Found]) -> Result<Image> {
     let mut whole: Option<Image> = None;
     for Found { path, mark } in tiles {
-        let window = tiles::window(
+        let window = bands::window(
             &TileWord {
                 column: mark.place[0],
                 row: mark.place[1],

@@ -1,6 +1,7 @@
 //! How one channel looks: a transfer function, labels or a tint, from the words that describe it or from the data.
 //!
-//! Takes the typed options, a word of `--channel` or `--also`, and the volume.
+//! Takes the typed options, a word of `--channel` or `--also`, and the volume. Voxels that are colours are drawn as they are, with an opacity
+//! that follows alpha or the brightest component.
 
 use std::path::Path;
 
@@ -8,9 +9,9 @@ use anyhow::{Result, bail};
 use volsplat::transfer::{ColourKnot, ColourMap, DataKind, FileLook};
 use volsplat::{Described, LabelTable, LargeVolume, TransferFunction, Volume};
 
-use crate::args::VolsplatArgs;
-use crate::look::suggested::Suggested;
-use crate::look::{suggested, transfer};
+use crate::args::{OrderName, VolsplatArgs};
+use crate::look::transfer;
+use crate::look::transfer::Suggested;
 use crate::values;
 
 /// The values of a channel.
@@ -69,7 +70,7 @@ pub(super) fn of_data(args: &VolsplatArgs, values: Values) -> Result<(ChannelLoo
             Suggested::for_labels(None),
         ));
     }
-    if suggested::is_typed(&args.transfer) {
+    if transfer::is_typed(&args.transfer) {
         let (function, suggested) = transfer::typed(&args.transfer, values.described())?;
         return Ok((ChannelLook::Transfer(function), suggested));
     }
@@ -78,7 +79,7 @@ pub(super) fn of_data(args: &VolsplatArgs, values: Values) -> Result<(ChannelLoo
         Values::Memory(volume) => DataKind::of_volume(volume, &histogram),
         Values::Stored(volume) => DataKind::of(volume, &histogram),
     };
-    if suggested::are_labels(args, kind) {
+    if transfer::are_labels(args, kind) {
         let table = ChannelLook::Labels(label_table(args)?);
         return Ok((table, Suggested::for_labels(Some(kind))));
     }
@@ -146,4 +147,29 @@ fn label_table(args: &VolsplatArgs) -> Result<LabelTable> {
         None => LabelTable::distinct(),
     };
     Ok(table.with_opacity_scaled(args.transfer.opacity_scale))
+}
+
+/// The opacity of colours by the scalar that it follows, in white: that of the typed transfer function, or of the data.
+pub(super) fn opacity(
+    args: &VolsplatArgs,
+    volume: &dyn Described,
+) -> Result<(TransferFunction, Suggested)> {
+    let (function, suggested) = if transfer::is_typed(&args.transfer) {
+        transfer::typed(&args.transfer, volume)?
+    } else {
+        transfer::of_data(args, DataKind::Field, &volume.histogram())?
+    };
+    let white = ColourKnot {
+        value: volume.value_range().0,
+        rgb: [1.0; 3],
+    };
+    let function = TransferFunction::new(vec![white], function.opacity_knots().to_vec())?;
+    // Samples are lit by the gradient of one channel, and there are four.
+    let is_field = matches!(args.render.options.order, None | Some(OrderName::Field));
+    let suggested = Suggested {
+        kind: None,
+        shading: suggested.shading.filter(|_| is_field),
+        ..suggested
+    };
+    Ok((function, suggested))
 }

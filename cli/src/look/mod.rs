@@ -1,16 +1,11 @@
 //! The look of a volume: takes typed options and the facts of the data, returns transfer functions, light and blending.
 //!
-//! [`decide`] computes the whole look; drawing uses it unchanged. `blend`, `clip` and `options` translate typed options;
-//! `transfer`, `channel_look` and `colours` make the look of one volume, of a channel and of colour voxels; `suggested` is the
-//! light and blending that go with it; `transfer_plot` draws the function over the histogram.
+//! [`decide`] computes the whole look; drawing uses it unchanged. `options` translates typed options; `transfer` makes the function of
+//! one volume, and the light and blending that go with it; `channel_look` makes the look of a channel and of colour voxels; `transfer_plot` draws the function over the histogram.
 
-pub(crate) mod blend;
-pub(crate) mod clip;
-mod options;
-pub(crate) mod suggested;
+pub(crate) mod options;
 pub(crate) mod transfer;
 pub(crate) mod channel_look;
-mod colours;
 pub(crate) mod transfer_plot;
 
 use anyhow::{Context, Result};
@@ -18,7 +13,7 @@ use volsplat::{Described, RenderOptions, TransferFunction};
 
 use crate::args::{Given, RenderArgs, VolsplatArgs};
 use crate::look::channel_look::{ChannelLook, Values};
-use crate::look::suggested::Suggested;
+use crate::look::transfer::Suggested;
 use crate::output::Format;
 
 /// The look of a volume, decided.
@@ -119,7 +114,7 @@ fn channel_look(args: &VolsplatArgs, channel: &Channel) -> Result<(ChannelLook, 
         LookSource::Also(place) => of_word(&word(&args.scene.also, *place)?),
         LookSource::Word(word) => of_word(word),
         LookSource::ColourOpacity => {
-            let (function, suggested) = colours::opacity(args, volume)?;
+            let (function, suggested) = channel_look::opacity(args, volume)?;
             Ok((ChannelLook::Transfer(function), suggested))
         }
         LookSource::Tint(component) => {

@@ -1,16 +1,17 @@
-//! From the typed options to those of the library, and to those that go with a look.
+//! From the typed options of drawing, blending and clipping to those of the library, and to those that go with a look.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
+use glam::DVec3;
 use volsplat::{
-    Blend, Cells, DepthPlane, Described, FieldOptions, KernelSheets, Light, Order, RenderOptions,
-    SampleOptions, SampleOrder, Shading,
+    Blend, Cells, Clip, DepthPlane, Described, FieldOptions, Isosurface, KernelSheets, Layer,
+    Light, Order, RenderOptions, SampleOptions, SampleOrder, Shading,
 };
 
 use crate::args::volume::order::order;
-use crate::args::{CellsName, Given, OrderName, RenderArgs};
-use crate::look::suggested::Suggested;
-use crate::look::{blend, clip};
+use crate::args::{BlendArgs, CellsName, ClipArgs, Given, OrderName, RayBlend, RenderArgs};
+use crate::look::transfer::Suggested;
 use crate::output::Format;
+use crate::values::word;
 
 /// How the volume is drawn. Only an EXR file has a place for depth.
 pub(super) fn typed(
@@ -28,7 +29,7 @@ pub(super) fn typed(
     };
     Ok(RenderOptions {
         order,
-        clip: clip::clip(&args.clip),
+        clip: clip(&args.clip),
         gradient_opacity: args.gradient_opacity,
         subpixels: args.subpixels,
         shading: args.shade.unwrap_or(unasked),
@@ -49,7 +50,7 @@ pub(super) fn typed(
 fn library_order(given: &Given<RenderArgs>) -> Result<Order> {
     let args = &given.options;
     let name = order(given)?.unwrap_or(OrderName::Field);
-    let blend = blend::blend(&args.blend)?;
+    let blend = blend(&args.blend)?;
     let sample_order = match name {
         OrderName::Field => {
             return Ok(Order::Field(FieldOptions {
@@ -98,5 +99,54 @@ pub(super) fn with_suggested(
             ..options
         },
         Some(_) => options,
+    }
+}
+
+/// The planes that were asked for. Only an EXR file has a place for them.
+pub(crate) fn layers(args: &BlendArgs, format: Format) -> Result<Vec<Layer>> {
+    let Some(layers) = &args.layers else {
+        return Ok(Vec::new());
+    };
+    if format != Format::Exr {
+        bail!("--layers: only a name that ends in .exr has a place for them");
+    }
+    let repeated = |&(index, layer): &(usize, &Layer)| layers[..index].contains(layer);
+    if let Some((_, layer)) = layers.iter().enumerate().find(repeated) {
+        bail!("--layers: {} is named twice", word(*layer));
+    }
+    Ok(layers.clone())
+}
+
+/// The value of its ray that a pixel shows.
+pub(crate) fn blend(args: &BlendArgs) -> Result<Blend> {
+    let surface = |value: f64| {
+        Blend::Isosurface(Isosurface {
+            value,
+            colour: args.iso_colour,
+            opacity: args.iso_opacity.unwrap_or(1.0),
+        })
+    };
+    Ok(match (args.blend, args.iso) {
+        (None | Some(RayBlend::Isosurface), Some(value)) => surface(value),
+        (Some(RayBlend::Isosurface), None) => {
+            bail!("--blend isosurface needs --iso VALUE: which surface?")
+        }
+        (Some(other), Some(_)) => {
+            bail!("--iso cannot be combined with --blend {}", word(other))
+        }
+        (None | Some(RayBlend::Emission), None) => Blend::Emission,
+        (Some(RayBlend::Maximum), None) => Blend::Maximum,
+        (Some(RayBlend::Minimum), None) => Blend::Minimum,
+        (Some(RayBlend::Average), None) => Blend::Average,
+    })
+}
+
+/// The clip of the volume.
+pub(crate) fn clip(args: &ClipArgs) -> Clip {
+    let corners = |typed: Option<[[f64; 3]; 2]>| typed.map(|ends| ends.map(DVec3::from));
+    Clip {
+        crop_in_world: corners(args.crop),
+        crop_in_grid: corners(args.crop_voxels),
+        planes: args.clip_plane.clone(),
     }
 }

@@ -1,14 +1,13 @@
 //! A scene whose files are read: drawn under one setting after another, and at last to its files.
 //!
 //! `open_scene` is the face of the three applications (`volume`, `mesh`, `depth`), each of which has a folder; a `setting` holds the
-//! options of an opened scene; `memory` checks scenes that a program holds in memory.
+//! options of an opened scene. [`volume()`] and [`mesh()`] make scenes of what a program holds in memory.
 
 pub mod setting;
 pub(crate) mod open_scene;
 pub(crate) mod volume;
 pub(crate) mod mesh;
 pub(crate) mod depth;
-pub mod memory;
 
 use std::any::Any;
 
@@ -16,19 +15,21 @@ use anyhow::{Result, bail};
 use glam::DVec3;
 use resample_core::{Camera, Image, Stop};
 use serde_json::Value;
+use texmap::{Loaded, Scene};
+use volsplat::{Lattice, Volume, Voxels};
 
-use crate::args::Drawing;
+use crate::args::{Drawing, TexmapArgs, VolsplatArgs};
 use crate::open::depth::OpenDepth;
-use crate::open::mesh::OpenMesh;
+use crate::open::mesh::{OpenMesh, load_options};
 use crate::open::open_scene::{OpenScene, Probed};
 use crate::open::setting::Setting;
-use crate::open::volume::OpenVolume;
+use crate::open::volume::{OpenVolume, file};
 use crate::picture::Drawn;
 use crate::picture::bands::Window;
 use crate::plan::{Change, Purpose, RunLog};
 use crate::process::report::Verbosity;
 
-pub use open_scene::Parts;
+pub use crate::open::open_scene::Parts;
 
 /// A scene whose files are read.
 pub struct Opened {
@@ -127,4 +128,19 @@ impl Opened {
     pub fn finish(self, planned: Option<Value>, log: RunLog) -> Result<()> {
         self.scene.finish(planned, log)
     }
+}
+
+/// Makes the volume that `args` ask for of voxels in memory; errors name the input of `args`.
+pub fn volume(args: &VolsplatArgs, lattice: Lattice, voxels: Voxels) -> Result<Volume> {
+    let gate = args.volume.reading.gate();
+    let options = file::load_options(&args.volume, &args.input, &gate)?;
+    let made = volsplat::input::of_memory(&args.input.path, lattice, voxels, &options);
+    Ok(made?)
+}
+
+/// Makes the scene that `args` ask for of triangles in memory; errors name the input of `args`.
+pub fn mesh(args: &TexmapArgs, scene: Scene) -> Result<Loaded> {
+    let options = load_options(args, 0, &args.model.reading.gate());
+    let made = texmap::input::of_memory(&args.input.path, scene, &options);
+    Ok(made?)
 }

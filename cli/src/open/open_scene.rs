@@ -10,7 +10,7 @@ use resample_core::{Camera, Stop};
 use serde_json::Value;
 
 use crate::args::Drawing;
-use crate::cameras::picked_point;
+use crate::cameras::viewpoint;
 use crate::open::setting::Setting;
 use crate::picture::Drawn;
 use crate::picture::background::Background;
@@ -67,7 +67,7 @@ pub(crate) trait OpenScene: Any + Send + Sync {
 
     /// The first visible point on the ray of a camera with one pixel.
     fn probe(&mut self, pixel: &Camera) -> Result<Option<Probed>> {
-        let world = picked_point::in_world(pixel, &self.draw(pixel)?.image);
+        let world = viewpoint::in_world(pixel, &self.draw(pixel)?.image);
         Ok(world.map(Probed::of_surface))
     }
 

@@ -6,11 +6,12 @@
 
 mod exr;
 mod film;
-mod jpeg;
 mod names;
 mod png;
 mod video;
 mod webp;
+#[cfg(test)]
+mod tests;
 
 use std::collections::HashSet;
 use std::fs;
@@ -18,18 +19,21 @@ use std::io::{BufWriter, ErrorKind, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use image::ExtendedColorType;
+use image::codecs::jpeg::JpegEncoder;
 use resample_core::Image;
 use resample_core::image::linear_from_srgb;
 use tempfile::NamedTempFile;
 
+use crate::output::png::opaque_bytes;
 use crate::process::interrupt;
 use crate::process::interrupt::Listed;
 
-pub(crate) use exr::mark as exr_mark;
-pub use film::{DEFAULT_FPS, Film, FilmKind, FilmPlan, kind_of};
-pub use names::FrameNames;
-pub use png::Depth;
-pub(crate) use png::mark as png_mark;
+pub(crate) use crate::output::exr::mark as exr_mark;
+pub use crate::output::film::{DEFAULT_FPS, Film, FilmKind, FilmPlan, kind_of};
+pub use crate::output::names::FrameNames;
+pub use crate::output::png::Depth;
+pub(crate) use crate::output::png::mark as png_mark;
 
 /// The beginning of every temporary file's name.
 const PREFIX: &str = ".resample-";
@@ -212,7 +216,7 @@ pub fn write_marked_picture(
     write_whole(path, |file| match format {
         Format::Png(depth) => png::write(file, image, depth, mark),
         Format::Exr => exr::write(file, image, mark),
-        Format::Jpeg => jpeg::write(file, image),
+        Format::Jpeg => write(file, image),
     })
 }
 
@@ -245,7 +249,7 @@ pub fn write_grey(path: &Path, size: [usize; 2], values: &[f32]) -> Result<u64> 
     write_whole(path, |file| match format {
         Format::Png(_) => png::write_grey(file, size, values),
         Format::Exr => exr::write_grey(file, size, values),
-        Format::Jpeg => jpeg::write(file, &grey(size, values)),
+        Format::Jpeg => write(file, &grey(size, values)),
     })
 }
 
@@ -351,5 +355,20 @@ pub fn make_folder(path: &Path) -> Result<()> {
     fs::create_dir(path).with_context(|| format!("{}: cannot make the folder", path.display()))
 }
 
-#[cfg(test)]
-mod tests;
+/// Quality, 1 to 100: at 92, errors are below what most people see. A guess.
+const QUALITY: u8 = 92;
+
+/// Writes `image` to `file`.
+fn write(file: impl Write, image: &Image) -> Result<()> {
+    let mut opaque = image.clone();
+    opaque.rgba.iter_mut().for_each(|pixel| pixel[3] = 1.0);
+    let (width, height) = (u32::try_from(image.width)?, u32::try_from(image.height)?);
+    let bytes = opaque_bytes(&opaque);
+    JpegEncoder::new_with_quality(file, QUALITY).encode(
+        &bytes,
+        width,
+        height,
+        ExtendedColorType::Rgb8,
+    )?;
+    Ok(())
+}

@@ -1,12 +1,17 @@
-//! A picture in bands of rows, so that whoever waits for it can stop it in between.
+//! Parts of a picture: bands of rows, so that whoever waits for it can stop it in between, and tiles, each drawn by a process of its own.
 //!
-//! Every band shows the pixels that the whole picture would show.
+//! Every part shows the pixels that the whole picture would show. Tiles begin at edges of the renderers' own tiles, so that their sizes
+//! are alike and all are exact; the file of a tile says which one it is.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use resample_core::{Camera, Image};
+use serde::{Deserialize, Serialize};
+
+use crate::output::{Depth, Format};
+use crate::values::TileWord;
 
 /// Side of a tile of the renderers, px: bands and windows begin at edges of tiles.
 pub const TILE_SIDE: u32 = 16;
@@ -151,5 +156,115 @@ fn add(joined: &mut Option<Image>, band: Image) {
     }
     for (above, plane) in joined.planes.iter_mut().zip(&band.planes) {
         above.values.extend(&plane.values);
+    }
+}
+
+/// The record inside the file of a tile.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct PartMark {
+    /// The version of the program.
+    pub(crate) version: String,
+    /// The vector instructions that drew it.
+    pub(crate) vector_level: String,
+    /// The mark of the whole picture.
+    pub(crate) fingerprint: String,
+    /// The number of the picture, where it is one of several.
+    pub(crate) number: Option<usize>,
+    /// Width and height of the whole picture, px.
+    pub(crate) whole: [u32; 2],
+    /// Column and row of the tile.
+    pub(crate) place: [u32; 2],
+    /// Columns and rows of all tiles.
+    pub(crate) grid: [u32; 2],
+    /// The kind of the whole picture's file.
+    pub(crate) kind: Kind,
+}
+
+/// The formats of pictures, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Kind {
+    /// PNG of 8 bits.
+    Png8,
+    /// PNG of 16 bits.
+    Png16,
+    /// OpenEXR.
+    Exr,
+    /// JPEG.
+    Jpeg,
+}
+
+impl Kind {
+    /// The kind of a format.
+    pub(crate) fn of(format: Format) -> Self {
+        match format {
+            Format::Png(Depth::Eight) => Self::Png8,
+            Format::Png(Depth::Sixteen) => Self::Png16,
+            Format::Exr => Self::Exr,
+            Format::Jpeg => Self::Jpeg,
+        }
+    }
+
+    /// The bits that were asked for.
+    pub(crate) fn bits(self) -> Option<u8> {
+        (self == Self::Png16).then_some(16)
+    }
+}
+
+/// The pixels of a tile.
+pub(crate) fn window(word: &TileWord, [width, height]: [u32; 2]) -> Result<Window> {
+    let span = |number: u32, count: u32, side: u32| -> Option<Range<u32>> {
+        let blocks = u64::from(side.div_ceil(TILE_SIDE));
+        let edge = |number: u32| {
+            // At most `blocks`, which is a u32.
+            let block = (u64::from(number) * blocks / u64::from(count)) as u32;
+            (block * TILE_SIDE).min(side)
+        };
+        let span = edge(number)..edge(number + 1);
+        (u64::from(count) <= blocks).then_some(span)
+    };
+    let spans = (
+        span(word.column, word.grid.columns, width),
+        span(word.row, word.grid.rows, height),
+    );
+    match spans {
+        (Some(columns), Some(rows)) => Ok(Window { columns, rows }),
+        _ => bail!(
+            "--tile: a picture of {width}x{height} pixels has at most {}x{} tiles",
+            width.div_ceil(TILE_SIDE),
+            height.div_ceil(TILE_SIDE)
+        ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::values;
+
+    use super::*;
+
+    #[test]
+    fn tiles_cover_the_picture_once() {
+        for (size, grid) in [([100, 80], "3x2"), ([800, 600], "7x5"), ([16, 16], "1x1")] {
+            let (columns, rows) = grid.split_once('x').expect("a grid");
+            let (columns, rows): (u32, u32) = (
+                columns.parse().expect("a number"),
+                rows.parse().expect("a number"),
+            );
+            let mut covered = vec![0; (size[0] * size[1]) as usize];
+            for place in 0..columns * rows {
+                let text = format!("{},{}/{grid}", place % columns, place / columns);
+                let tile = values::tile(&text).expect("a tile");
+                let window = window(&tile, size).expect("fits");
+                for y in window.rows.clone() {
+                    for x in window.columns.clone() {
+                        covered[(y * size[0] + x) as usize] += 1;
+                    }
+                }
+            }
+            assert!(covered.iter().all(|&times| times == 1), "{grid}");
+        }
+        let small = values::tile("0,0/3x1").expect("a tile");
+        assert!(window(&small, [32, 16]).is_err(), "only two of 16 pixels");
     }
 }

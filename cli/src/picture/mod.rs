@@ -4,7 +4,6 @@
 
 pub mod background;
 pub mod bands;
-pub(crate) mod tiles;
 pub(crate) mod input_picture;
 
 use std::path::PathBuf;

@@ -7,20 +7,19 @@ use anyhow::Result;
 use resample_core::{Camera, Image};
 use volsplat::Subpixels;
 
-use super::candidate::Candidate;
 use super::ladder::{Ladder, Rung};
 use super::pilot::{Pilot, PlannedScene, View, preview_camera};
 use super::windows::Cells;
 use crate::measure::Rendered;
 use crate::open::setting::{Choices, Setting, VolumeChoice};
+use crate::planner::pilot::Candidate;
 
 /// Pictures of up to so many pixels along a side are compared as a whole: at half of the pixels the rims of plates have other contrast,
 /// and windows missed them. Of larger ones previews are, because whole pictures would cost more than windows.
 const MOST_COMPARED_PX: u32 = 256;
 
-/// Work of the setting that ranks cells for a largest error, of the default's: with half of the slab and twice the sub-pixels along each
-/// side it errs neither in steps nor in rays where the default does.
-const RANKING_WORK: f64 = 8.0;
+/// Pictures of up to so many pixels along a side are drawn as a whole under each setting that may keep a largest error.
+const MOST_RANKED_ITSELF_PX: u32 = 128;
 
 /// How many times the slab of a setting is where two settings' rays are compared: it halves the work.
 const STEPS: f64 = 2.0;
@@ -51,7 +50,7 @@ impl Pilot {
         Ok(cells)
     }
 
-    /// The cells of a picture by their largest change from the default to a dearer setting, of all of its pixels.
+    /// The cells of a picture by their largest change from a coarser setting to the default, of all of its pixels.
     pub(super) fn ranked(
         &mut self,
         scene: &mut PlannedScene,
@@ -59,11 +58,53 @@ impl Pilot {
         cells: &Cells,
     ) -> Result<Cells> {
         let camera = *cells.camera();
-        let own = self.under(scene, ladder, &ladder.default, &camera)?;
-        let work =
-            Rays::of(scene, &ladder.default, &own)?.map_or(f64::INFINITY, |rays| rays.work());
-        let other = self.under(scene, ladder, ladder.at_work(RANKING_WORK * work), &camera)?;
-        Ok(cells.ranked(&own.image, &other.image))
+        let [own, coarse] = self.with_coarser(scene, ladder, &ladder.default, &camera)?;
+        let mut cells = cells.of(&own);
+        cells.rank(&own, &coarse, self.guard_px as u32);
+        Ok(cells)
+    }
+
+    /// Ranks the cells of each picture by the change from a coarser setting to this one; of large pictures between two coarser ones, of
+    /// an eighth of its work and of an eighth of that, which show where this one errs too.
+    pub(super) fn rank_again(
+        &mut self,
+        scene: &mut PlannedScene,
+        ladder: &Ladder,
+        rung: &Rung,
+    ) -> Result<()> {
+        let coarser = match Rays::typed(scene, rung)? {
+            Some(rays) => rays.coarser(scene, rung)?,
+            None => None,
+        };
+        for number in 0..self.views.len() {
+            let camera = *self.views[number].cells.camera();
+            let is_small = camera.width.max(camera.height) <= MOST_RANKED_ITSELF_PX;
+            let coarser = coarser.as_ref().filter(|_| !is_small).unwrap_or(rung);
+            let [own, coarse] = self.with_coarser(scene, ladder, coarser, &camera)?;
+            let view = &mut self.views[number];
+            view.cells.rank(&own, &coarse, self.guard_px as u32);
+            view.change_again();
+        }
+        Ok(())
+    }
+
+    /// The pictures under a setting and under one of longer steps and fewer rays, of an eighth of its work: what changes most from that
+    /// one has the largest errors. Where that is no choice, the setting and the exact one.
+    fn with_coarser(
+        &mut self,
+        scene: &mut PlannedScene,
+        ladder: &Ladder,
+        rung: &Rung,
+        camera: &Camera,
+    ) -> Result<[Image; 2]> {
+        let own = self.under(scene, ladder, rung, camera)?;
+        let coarser = match Rays::of(scene, rung, &own)? {
+            Some(rays) => rays.coarser(scene, rung)?,
+            None => None,
+        };
+        let coarser = coarser.unwrap_or(ladder.exact().clone());
+        let other = self.under(scene, ladder, &coarser, camera)?;
+        Ok([own.image, other.image])
     }
 
     /// Has the change from a setting to more rays stand for what windows miss from now on. Gives the picture of each view that has
@@ -175,9 +216,18 @@ impl Rays {
         }))
     }
 
-    /// The place on the ladder.
-    fn work(&self) -> f64 {
-        f64::from(self.subpixels).powi(2) / self.slab_voxels
+    /// Those of a setting that fixes its sub-pixels.
+    fn typed(scene: &PlannedScene, rung: &Rung) -> Result<Option<Self>> {
+        let Setting::Volume(own) = scene.typed.with(&rung.choices)? else {
+            return Ok(None);
+        };
+        let Subpixels::Fixed(subpixels) = own.options.subpixels else {
+            return Ok(None);
+        };
+        Ok(Some(Self {
+            slab_voxels: own.options.field.slab_voxels,
+            subpixels,
+        }))
     }
 
     /// A setting with twice the slab, as far as that is not typed; `None` where sub-pixels are, or samples are drawn.
@@ -194,6 +244,27 @@ impl Rays {
         Ok(is_choice.then_some(Rung {
             choices,
             work: rung.work / STEPS,
+        }))
+    }
+
+    /// The setting with twice the slab and half the sub-pixels along each side, as far as these are not typed. A single ray is compared
+    /// with four. `None` where both are typed.
+    fn coarser(&self, scene: &PlannedScene, rung: &Rung) -> Result<Option<Rung>> {
+        let subpixels = match self.subpixels {
+            1 => 2,
+            more => more / 2,
+        };
+        let slab_voxels = STEPS * self.slab_voxels;
+        let choices = Choices::of([
+            VolumeChoice::Slab(slab_voxels),
+            VolumeChoice::Subpixels(Subpixels::Fixed(subpixels)),
+        ]);
+        let choices = rung.choices.with(&choices).without(&scene.typed);
+        let setting = scene.typed.with(&choices)?;
+        let is_other = !setting.draws_like(&scene.typed.with(&rung.choices)?);
+        Ok((is_other && setting.is_legal()).then_some(Rung {
+            choices,
+            work: f64::from(subpixels).powi(2) / slab_voxels,
         }))
     }
 

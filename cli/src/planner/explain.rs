@@ -2,10 +2,10 @@
 
 use serde_json::{Value, json};
 
-use super::effort::Asked;
 use super::pilot::Pilot;
 use super::search::{Found, Keeps, Tried};
 use crate::open::setting::Choices;
+use crate::planner::pilot::Asked;
 use crate::process::report::Verbosity;
 
 /// All that is known about a choice.

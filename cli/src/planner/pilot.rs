@@ -9,14 +9,15 @@ use std::collections::BTreeMap;
 use anyhow::Result;
 use resample_core::{Camera, Image};
 
-use super::candidate::{Candidate, DrawnPart, Work};
-use super::estimate::{ViewErrors, WindowError};
-use super::ladder::{Ladder, Rung};
-use super::windows::{Cells, TrialWindow, pixels};
 use crate::measure;
 use crate::measure::Rendered;
 use crate::open::setting::{Choices, Setting};
 use crate::open::{Opened, Parts};
+use crate::planner::estimate::{MOST_VIEWS, ViewErrors, WindowError};
+use crate::planner::ladder::{Ladder, Rung};
+use crate::planner::windows::{COVERED, Cells, TrialWindow, pixels};
+use crate::process::report::Cost;
+use crate::values::{Bound, BoundMetric};
 
 /// A scene, its pictures, and the setting that was typed.
 pub(super) struct PlannedScene<'a> {
@@ -29,7 +30,7 @@ pub(super) struct PlannedScene<'a> {
 /// The windows of some of the pictures.
 pub(super) struct Pilot {
     pub(super) views: Vec<View>,
-    guard_px: usize,
+    pub(super) guard_px: usize,
     /// Draws of each picture so far.
     pub(super) draws: usize,
     /// Pictures of the whole sequence.
@@ -272,7 +273,11 @@ impl Pilot {
     pub(super) fn add_windows(&mut self, draws: usize) {
         for view in &mut self.views {
             for draw in self.draws..self.draws + draws {
-                let Some(window) = view.cells.window(draw) else {
+                let window = match view.cells.is_ranked() {
+                    true => view.cells.next_in_rank(&view.windows),
+                    false => view.cells.window(draw),
+                };
+                let Some(window) = window else {
                     continue;
                 };
                 match view
@@ -362,7 +367,7 @@ impl Pilot {
             cells: view.cells.len(),
             mean_square_change: view.cells.mean_square_change().filter(|_| is_own),
             change: view.cells.change(),
-            change_behind: view.cells.change_behind(view.windows.len()),
+            change_behind: view.cells.change_behind(&view.windows),
         };
         self.views
             .iter()
@@ -400,8 +405,7 @@ impl Pilot {
 
     /// Returns true if windows stand where whole pictures change most.
     pub(super) fn is_ranked(&self) -> bool {
-        let is_ranked = |view: &View| view.cells.change_behind(0).is_some();
-        self.views.iter().all(is_ranked)
+        self.views.iter().all(|view| view.cells.is_ranked())
     }
 
     /// Returns true if anything is covered.
@@ -420,4 +424,161 @@ impl Pilot {
             .sum();
         (self.views.len(), windows.count(), seen / all.max(1.0))
     }
+}
+
+/// The bound that a person asked for.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Asked {
+    /// At most this error.
+    Error(Bound),
+    /// At most this time, ms.
+    Time(f64),
+}
+
+/// Draws of each picture at a time.
+pub(super) const DRAWS: usize = 4;
+
+/// Part of a run under the exact setting that looking may take.
+pub(super) const SHARE_OF_EXACT: f64 = 0.35;
+
+/// Pictures of a sequence of which previews are drawn, for the one with the most contrast.
+const PREVIEWS: usize = 16;
+
+/// Pictures of a sequence that are looked at for a time.
+const TIMED_VIEWS: usize = 3;
+
+/// The effort for a bound; `None` where a look costs more than it can save.
+pub(super) fn effort(scene: &PlannedScene, asked: Asked) -> Option<Effort> {
+    let pictures = scene.cameras.len();
+    let views = match asked {
+        Asked::Error(_) if pictures > 1 => (pictures / 4).clamp(2, MOST_VIEWS),
+        Asked::Error(_) => 1,
+        Asked::Time(_) => pictures.min(TIMED_VIEWS),
+    };
+    if matches!(asked, Asked::Error(_)) && !may_pay(scene, views) {
+        return None;
+    }
+    let previews = match asked {
+        Asked::Error(_) => pictures.min(PREVIEWS),
+        Asked::Time(_) => 0,
+    };
+    let steps = match (asked, &scene.typed) {
+        (Asked::Error(bound), Setting::Volume(_)) => match bound.metric {
+            BoundMetric::Rms => Steps::Compared,
+            BoundMetric::Max => Steps::Ranked,
+        },
+        _ => Steps::Ignored,
+    };
+    Some(Effort {
+        views,
+        previews,
+        steps,
+    })
+}
+
+/// Returns true if a look might be worth its cost, as far as sizes show.
+fn may_pay(scene: &PlannedScene, views: usize) -> bool {
+    let cameras = &scene.cameras;
+    let picture = cameras.iter().map(pixels).fold(0.0, f64::max);
+    let least = (DRAWS as f64 * f64::from(side_px(scene)).powi(2)).min(picture);
+    views as f64 * least <= SHARE_OF_EXACT * cameras.len() as f64 * picture
+}
+
+/// A setting in the windows.
+pub(super) struct Candidate {
+    pub(super) rung: Rung,
+    /// The pixels drawn in each window of each view.
+    pub(super) parts: Vec<Vec<DrawnPart>>,
+    /// CPU time of a picture of one pixel, ms.
+    pub(super) fixed_ms: f64,
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct DrawnPart {
+    pub(super) cpu_ms: f64,
+    pub(super) work: Work,
+    pub(super) covered: f64,
+    pub(super) squares: f64,
+    pub(super) max: f64,
+}
+
+/// The work of a picture or a part of it, in any unit.
+#[derive(Clone, Copy)]
+pub(super) struct Work {
+    /// The part that grows with the visible area.
+    pub(super) growing: f64,
+    /// The part that every window costs.
+    pub(super) fixed: f64,
+}
+
+impl Candidate {
+    pub(super) fn new(rung: &Rung) -> Self {
+        Self {
+            rung: rung.clone(),
+            parts: Vec::new(),
+            fixed_ms: 0.0,
+        }
+    }
+
+    /// The work of a picture or a part of it. A volume's counts grow with the setting; those of meshes and warps are of pixels,
+    /// each of which takes the work of the rung.
+    pub(super) fn work(&self, typed: &Setting, cost: &Cost) -> Work {
+        let each = match typed {
+            Setting::Volume(_) => 1.0,
+            Setting::Mesh(_) | Setting::Depth(_) => self.rung.work,
+        };
+        Work {
+            growing: each * cost.growing,
+            fixed: cost.fixed,
+        }
+    }
+}
+
+impl DrawnPart {
+    /// A window and its picture under the exact setting; the outermost `guard_px` pixels are not compared.
+    pub(super) fn new(seen: &Rendered, work: Work, exact: &Image, guard_px: usize) -> Self {
+        let (squares, max) = errors(&seen.image, exact, guard_px);
+        Self {
+            cpu_ms: seen.time.cpu_ms,
+            work,
+            covered: covered_px(&seen.image),
+            squares,
+            max,
+        }
+    }
+}
+
+/// Covered pixels.
+fn covered_px(image: &Image) -> f64 {
+    image.rgba.iter().filter(|pixel| pixel[3] > COVERED).count() as f64
+}
+
+/// The sum of squares over the pixels that the exact part covers, and the largest change, both inside the rim; the squares as
+/// if the rim were like the inside.
+fn errors(image: &Image, exact: &Image, guard_px: usize) -> (f64, f64) {
+    let (mut squares, mut max, mut inside) = (0.0, 0.0_f64, 0_usize);
+    let (width, height) = (image.width, image.height);
+    // A part that is nothing but rim counts whole.
+    let guard = if width.min(height) > 2 * guard_px {
+        guard_px
+    } else {
+        0
+    };
+    for y in guard..height - guard {
+        let row = y * width + guard..(y + 1) * width - guard;
+        for (pixel, exact) in image.rgba[row.clone()].iter().zip(&exact.rgba[row]) {
+            inside += 1;
+            for k in 0..3 {
+                let change = f64::from(pixel[k]) - f64::from(exact[k]);
+                max = max.max(change.abs());
+                if exact[3] > COVERED {
+                    squares += change * change;
+                }
+            }
+        }
+    }
+    (
+        squares * (width * height) as f64 / inside.max(1) as f64,
+        max,
+    )
 }

@@ -1,13 +1,18 @@
 //! The search: the default first; up the ladder until a setting keeps the bound, or down it while one does.
+//!
+//! For a time every setting that may fit is timed, its error is measured, and the best is drawn. No order of the ladder is presumed: a dearer
+//! setting can have a larger error, as where narrow peaks of a transfer function are drawn along rays. Parts of a picture can miss where its
+//! time goes, so a prediction that is near the limit is replaced by the measured time of a whole picture, and corrects the others.
+//! Limits: one drawing of a picture is one measurement of its time; other work on the machine lengthens it.
 
 use anyhow::Result;
 
-use super::candidate::Candidate;
-use super::effort::{Asked, DRAWS, SHARE_OF_EXACT, effort};
-use super::estimate::{predicted, seen};
-use super::ladder::{Ladder, Rung};
-use super::pilot::{Pilot, PlannedScene, side_px};
 use crate::open::setting::{Choices, Setting};
+use crate::planner::estimate::{predicted, seen};
+use crate::planner::ladder::{Ladder, Rung};
+use crate::planner::pilot::{
+    Asked, Candidate, DRAWS, Pilot, PlannedScene, SHARE_OF_EXACT, effort, side_px,
+};
 use crate::values::BoundMetric;
 
 /// A setting that was tried.
@@ -100,6 +105,7 @@ pub(super) struct Search<'a, 'b> {
     pub(super) ladder: &'a Ladder,
     pub(super) pilot: Pilot,
     pub(super) default: Candidate,
+    exact: Candidate,
     pub(super) tried: Vec<Tried>,
     /// Measured over predicted time of a whole picture under the default, where that was drawn; else 1.
     pub(super) time_scale: f64,
@@ -122,6 +128,7 @@ pub(super) fn found(scene: &mut PlannedScene, ladder: &Ladder, asked: Asked) -> 
         scene,
         ladder,
         default: Candidate::new(&ladder.default),
+        exact: Candidate::new(ladder.exact()),
         tried: Vec::new(),
         time_scale: 1.0,
         default_is_measured: false,
@@ -150,32 +157,39 @@ pub(super) fn found(scene: &mut PlannedScene, ladder: &Ladder, asked: Asked) -> 
 impl Search<'_, '_> {
     /// Adds windows under the exact and the default setting until their errors are clear; whether that is worth its cost.
     fn looked_for_errors(&mut self) -> Result<bool> {
-        let mut exact = Candidate::new(self.ladder.exact());
         let pictures = self.pilot.pictures as f64;
         let previews = self.pilot.work;
         self.pilot.add_windows(1);
-        self.pilot.measure(self.scene, &mut exact)?;
+        self.pilot.measure(self.scene, &mut self.exact)?;
         // The default costs no more than the exact setting.
         let windows = 2.0 * DRAWS as f64 * (self.pilot.work - previews);
-        // Pictures that rank cells for a largest error are as dear as an eighth of the exact one. They are drawn, whatever is chosen.
+        // Pictures that rank cells for a largest error are drawn, whatever is chosen.
         let counted = if self.pilot.is_ranked() {
             0.0
         } else {
             previews
         };
-        if counted + windows > SHARE_OF_EXACT * pictures * self.pilot.picture_work(&exact) {
+        if counted + windows > SHARE_OF_EXACT * pictures * self.pilot.picture_work(&self.exact) {
             return Ok(false);
         }
         let mut draws = 1;
         while draws < MOST_DRAWS {
-            let more = DRAWS - draws % DRAWS;
+            // Where the default is far below a largest error, two windows show it.
+            let more = match draws {
+                1 if self.pilot.is_ranked() => 1,
+                _ => DRAWS - draws % DRAWS,
+            };
             self.pilot.add_windows(more);
             draws += more;
-            self.pilot.measure(self.scene, &mut exact)?;
+            self.pilot.measure(self.scene, &mut self.exact)?;
             self.pilot.measure(self.scene, &mut self.default)?;
+            let verdict = self.verdict();
+            if draws < DRAWS && !matches!(verdict, Verdict::Keeps) {
+                continue;
+            }
             let default_run = pictures * self.pilot.picture_work(&self.default);
-            let exact_run = pictures * self.pilot.picture_work(&exact);
-            let most = match self.verdict() {
+            let exact_run = pictures * self.pilot.picture_work(&self.exact);
+            let most = match verdict {
                 Verdict::Keeps => break,
                 Verdict::Fails => default_run.min(SHARE_WHERE_IT_FAILS * exact_run),
                 Verdict::Unsure => default_run.min(SHARE_OF_EXACT * exact_run),
@@ -185,21 +199,20 @@ impl Search<'_, '_> {
                 break;
             }
         }
-        let share = self.pilot.picture_work(&self.default) / self.pilot.picture_work(&exact);
-        self.place_default(exact.rung.work * share);
+        let share = self.pilot.picture_work(&self.default) / self.pilot.picture_work(&self.exact);
+        self.place_default(self.exact.rung.work * share);
         Ok(true)
     }
 
     /// Adds windows under the exact and the default setting until there are enough to know the default's time; false where
     /// there are no parts to see errors in, because each window would be a whole picture.
     fn looked_for_times(&mut self) -> Result<bool> {
-        let mut exact = Candidate::new(self.ladder.exact());
         let has_errors = side_px(self.scene) < u32::MAX;
         let previews_ms = self.pilot.cpu_ms;
         for draw in 1..=MOST_DRAWS {
             self.pilot.add_windows(1);
             if has_errors {
-                self.pilot.measure(self.scene, &mut exact)?;
+                self.pilot.measure(self.scene, &mut self.exact)?;
             }
             self.pilot.measure(self.scene, &mut self.default)?;
             let own_ms = self.pilot.cpu_ms - previews_ms;
@@ -282,12 +295,12 @@ impl Search<'_, '_> {
             if is_exact || (keeps && self.is_too_slow(rung, &last)) {
                 break;
             }
-            let (candidate, mut found) = self.note(rung)?;
+            let (mut candidate, mut found) = self.note(rung)?;
             if is_error && keeps && self.is_worse_than_default() {
                 break;
             }
             if is_error && found.is_some() {
-                found = self.checked(&candidate)?;
+                found = self.checked(&mut candidate)?;
             }
             best = found.or(best);
             if found.is_some() != keeps {
@@ -334,12 +347,17 @@ impl Search<'_, '_> {
     /// Compares the picture of a volume under the setting that was tried last with one of more rays and one of longer steps, all over,
     /// and judges it again by what of each change the windows hold; its place where it still keeps the bound. The change of the default, which
     /// decided where windows stand, need not be where a dearer setting errs.
-    fn checked(&mut self, candidate: &Candidate) -> Result<Option<usize>> {
+    fn checked(&mut self, candidate: &mut Candidate) -> Result<Option<usize>> {
         let place = self.tried.len() - 1;
         let Asked::Error(bound) = self.asked else {
             return Ok(Some(place));
         };
         let is_volume = matches!(self.scene.typed, Setting::Volume(_));
+        if is_volume && bound.metric == BoundMetric::Max && self.pilot.is_ranked() {
+            self.look_where_it_changes(candidate)?;
+            let keeps = self.judged_again(candidate);
+            return Ok(keeps.then_some(place));
+        }
         if !is_volume || bound.metric != BoundMetric::Rms || !self.pilot.compared_all() {
             return Ok(Some(place));
         }
@@ -352,6 +370,15 @@ impl Search<'_, '_> {
             self.judged_again(candidate);
         }
         Ok((self.tried[place].keeps == Keeps::Yes).then_some(place))
+    }
+
+    /// Draws windows where a setting itself changes most from a coarser one.
+    fn look_where_it_changes(&mut self, candidate: &mut Candidate) -> Result<()> {
+        self.pilot
+            .rank_again(self.scene, self.ladder, &candidate.rung)?;
+        self.pilot.add_windows(DRAWS);
+        self.pilot.measure(self.scene, &mut self.exact)?;
+        self.pilot.measure(self.scene, candidate)
     }
 
     /// The same for the default, whose rays are compared from the beginning: its steps.
@@ -421,5 +448,124 @@ impl Search<'_, '_> {
             time_ms,
             keeps: if keeps { Keeps::Yes } else { Keeps::No },
         }
+    }
+}
+
+/// A setting whose windows take so many times the allowed time ends the way up the ladder.
+const TOO_LONG: f64 = 2.0;
+
+/// After a setting took longer than predicted, the others are taken only below this part: no second picture is drawn to find
+/// that out, so that planning costs a few times the allowed time at most.
+const SHORT_AFTER_ONE_TOO_LONG: f64 = 0.5;
+
+/// A prediction below this part of the allowed time needs no measurement: the largest known error of a prediction is a
+/// factor of 3, for two narrow peaks.
+const SURELY_SHORT: f64 = 0.25;
+
+impl Search<'_, '_> {
+    /// The place of the setting with the least error within a time; `None` where no setting fits.
+    pub(super) fn best_in_time(&mut self, most_ms: f64) -> Result<Option<usize>> {
+        let mut default = self.timed_in_windows(&self.default, most_ms);
+        if (SURELY_SHORT * most_ms..TOO_LONG * most_ms).contains(&default.time_ms) {
+            self.measure_whole(&mut default, most_ms)?;
+        }
+        self.tried.push(default);
+        let mut rest = 0.0;
+        for rung in &self.ladder.rungs {
+            // Work decides only when to stop looking.
+            if rest > 0.0 && rung.work >= rest {
+                break;
+            }
+            let mut candidate = Candidate::new(rung);
+            self.pilot.measure(self.scene, &mut candidate)?;
+            self.pilot.measure_fixed(self.scene, &mut candidate)?;
+            let tried = self.timed_in_windows(&candidate, most_ms);
+            if tried.time_ms > TOO_LONG * most_ms {
+                rest = TOO_LONG * rung.work;
+            }
+            self.tried.push(tried);
+        }
+        self.least_error(most_ms)
+    }
+
+    /// Draws the best of those that are predicted to fit, until one does.
+    fn least_error(&mut self, most_ms: f64) -> Result<Option<usize>> {
+        let mut measured = vec![false; self.tried.len()];
+        measured[0] = self.default_is_measured;
+        let mut sure = SURELY_SHORT;
+        while let Some(place) = self.first_in_rank() {
+            let is_clear = self.tried[place].time_ms <= sure * most_ms;
+            if measured[place] || is_clear {
+                return Ok(Some(place));
+            }
+            let mut tried = self.tried[place].clone();
+            let ratio = self.measure_whole(&mut tried, most_ms)?;
+            measured[place] = true;
+            sure = SHORT_AFTER_ONE_TOO_LONG;
+            self.tried[place] = tried;
+            // What windows miss under one setting they miss under the others.
+            if self.tried[place].keeps == Keeps::Yes {
+                return Ok(Some(place));
+            }
+            for (other, _) in self.tried.iter_mut().zip(&measured).filter(|(_, m)| !**m) {
+                other.time_ms *= ratio;
+                other.keeps = kept(other.time_ms, most_ms);
+                if other.time_ms > SHORT_AFTER_ONE_TOO_LONG * most_ms {
+                    other.keeps = Keeps::No;
+                }
+            }
+        }
+        Ok(None)
+    }
+
+    /// The setting of the least time.
+    pub(super) fn shortest(&self) -> Option<usize> {
+        let times = self.tried.iter().enumerate();
+        let least = times.min_by(|(_, a), (_, b)| a.time_ms.total_cmp(&b.time_ms));
+        least.map(|(place, _)| place)
+    }
+
+    /// Of those that fit, the one with the least error; of several the shortest.
+    fn first_in_rank(&self) -> Option<usize> {
+        let rank = |tried: &Tried| (tried.error.unwrap_or_default(), tried.time_ms);
+        let fitting = self.tried.iter().enumerate();
+        let fitting = fitting.filter(|(_, tried)| tried.keeps == Keeps::Yes);
+        let first = fitting.min_by(|(_, a), (_, b)| {
+            let (a, b) = (rank(a), rank(b));
+            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+        });
+        first.map(|(place, _)| place)
+    }
+
+    /// A setting's error and time by its windows.
+    fn timed_in_windows(&self, candidate: &Candidate, most_ms: f64) -> Tried {
+        let mut tried = self.judged(candidate);
+        tried.time_ms *= self.time_scale;
+        tried.keeps = kept(tried.time_ms, most_ms);
+        // Without a margin: settings are compared with one another, in the same windows.
+        let errors = self.pilot.errors(candidate);
+        tried.error = Some(seen(BoundMetric::Rms, &errors));
+        tried
+    }
+
+    /// Takes the time of a whole picture for the predicted one; how much longer it is.
+    fn measure_whole(&mut self, tried: &mut Tried, most_ms: f64) -> Result<f64> {
+        let whole_ms = self.pilot.whole_ms(self.scene, &tried.choices)?;
+        let ratio = whole_ms / tried.time_ms.max(f64::MIN_POSITIVE);
+        if self.tried.is_empty() {
+            self.time_scale = ratio;
+            self.default_is_measured = true;
+        }
+        tried.time_ms = whole_ms;
+        tried.keeps = kept(whole_ms, most_ms);
+        Ok(ratio)
+    }
+}
+
+fn kept(time_ms: f64, most_ms: f64) -> Keeps {
+    if time_ms <= most_ms {
+        Keeps::Yes
+    } else {
+        Keeps::No
     }
 }

@@ -17,6 +17,8 @@ pub(super) struct Cells {
     changes: Vec<f64>,
     camera: Camera,
     side_px: u32,
+    /// Pixels around a cell that its window holds beside it.
+    margin_px: u32,
     /// The sum of the squared changes of the whole picture, where its own pixels were compared.
     whole_change: Option<f64>,
     /// Where windows follow the largest changes of the picture: each cell's largest change and its place in the list, largest
@@ -94,6 +96,7 @@ impl Cells {
             ranks: Vec::new(),
             camera: *camera,
             side_px,
+            margin_px: 0,
             covered_px: covered as f64 / preview.rgba.len().max(1) as f64 * pixels(camera),
             contrast: contrast(preview, whole).unwrap_or(0.0) / covered.max(1) as f64,
         }
@@ -104,20 +107,25 @@ impl Cells {
         Self::new(&self.camera, preview, Some(steps), self.side_px)
     }
 
-    /// The cells of two settings' pictures of all pixels, those with the largest change of one pixel first: where the largest error
-    /// is asked for, all pixels were looked at, and only the cells that changed most are drawn with the exact setting.
-    pub(super) fn ranked(&self, image: &Image, other: &Image) -> Self {
-        let mut cells = Self::new(&self.camera, image, None, self.side_px);
+    /// The cells of the same picture after another drawing of it.
+    pub(super) fn of(&self, image: &Image) -> Self {
+        Self::new(&self.camera, image, None, self.side_px)
+    }
+
+    /// Ranks the cells by the largest change of one pixel between two settings' pictures of all pixels: where the largest error is asked
+    /// for, all pixels were looked at, and only the cells that change most are drawn with the exact setting. Windows have a margin of the
+    /// pixels that are not compared, so that no pixel of a cell is missed.
+    pub(super) fn rank(&mut self, image: &Image, other: &Image, margin_px: u32) {
         let change = |(place, (at, _)): (usize, &([u32; 2], f64))| {
             let end = |k: usize, length: u32| (at[k] + self.side_px).min(length) as usize;
             let columns = [at[0] as usize, end(0, self.camera.width)];
             let rows = [at[1] as usize, end(1, self.camera.height)];
             (largest_change(image, other, [columns, rows]), place)
         };
-        let mut ranks: Vec<(f64, usize)> = cells.list.iter().enumerate().map(change).collect();
+        let mut ranks: Vec<(f64, usize)> = self.list.iter().enumerate().map(change).collect();
         ranks.sort_by(|a, b| b.0.total_cmp(&a.0));
-        cells.ranks = ranks;
-        cells
+        self.ranks = ranks;
+        self.margin_px = margin_px;
     }
 
     /// Has the changes between two other settings stand for those of before; chances stay as they are.
@@ -152,6 +160,10 @@ impl Cells {
     /// The change of the cell that begins at a pixel; `None` where two settings were not compared.
     pub(super) fn change_at(&self, at: [u32; 2]) -> Option<f64> {
         let place = self.list.iter().position(|(corner, _)| *corner == at)?;
+        if self.is_ranked() {
+            let mut ranks = self.ranks.iter();
+            return ranks.find(|rank| rank.1 == place).map(|rank| rank.0);
+        }
         self.changes.get(place).copied()
     }
 
@@ -167,10 +179,32 @@ impl Cells {
         (!self.changes.is_empty()).then(|| self.changes.iter().sum())
     }
 
-    /// The largest change of a pixel in the cells behind the first ones of the ranks; `None` where they are not ranked.
-    pub(super) fn change_behind(&self, first: usize) -> Option<f64> {
-        let is_ranked = !self.ranks.is_empty();
-        is_ranked.then(|| self.ranks.get(first).map_or(0.0, |(change, _)| *change))
+    /// Returns true if windows follow the largest changes.
+    pub(super) fn is_ranked(&self) -> bool {
+        !self.ranks.is_empty()
+    }
+
+    /// The window of the cell with the largest change among those that no window shows; `None` where all are shown.
+    pub(super) fn next_in_rank(&self, windows: &[TrialWindow]) -> Option<TrialWindow> {
+        let is_shown = |at: [u32; 2]| windows.iter().any(|window| window.at == at);
+        let mut ranks = self
+            .ranks
+            .iter()
+            .map(|&(change, place)| (change, self.list[place].0));
+        let (change, at) = ranks.find(|(_, at)| !is_shown(*at))?;
+        Some(TrialWindow {
+            camera: part(&self.camera, at, self.side_px, self.margin_px),
+            at,
+            chance: 1.0 / self.list.len() as f64,
+            draws: 1,
+            change: Some(change),
+        })
+    }
+
+    /// The largest change of a pixel in the cells that no window shows; `None` where cells are not ranked.
+    pub(super) fn change_behind(&self, windows: &[TrialWindow]) -> Option<f64> {
+        let next = || self.next_in_rank(windows).and_then(|window| window.change);
+        self.is_ranked().then(|| next().unwrap_or_default())
     }
 
     /// The camera of the whole picture.
@@ -185,23 +219,13 @@ impl Cells {
 
     /// The window of a draw; `None` where nothing is shown.
     pub(super) fn window(&self, draw: usize) -> Option<TrialWindow> {
-        if !self.ranks.is_empty() {
-            let &(change, place) = self.ranks.get(draw)?;
-            return Some(TrialWindow {
-                camera: part(&self.camera, self.list[place].0, self.side_px),
-                at: self.list[place].0,
-                chance: 1.0 / self.list.len() as f64,
-                draws: 1,
-                change: Some(change),
-            });
-        }
         let &(_, total) = self.list.last()?;
         let target = van_der_corput(draw) * total;
         let place = self.list.partition_point(|(_, passed)| *passed <= target);
         let (at, passed) = self.list[place.min(self.list.len() - 1)];
         let before = place.checked_sub(1).map_or(0.0, |k| self.list[k].1);
         Some(TrialWindow {
-            camera: part(&self.camera, at, self.side_px),
+            camera: part(&self.camera, at, self.side_px, self.margin_px),
             at,
             chance: (passed - before) / total,
             draws: 1,
@@ -215,13 +239,13 @@ pub(super) fn pixels(camera: &Camera) -> f64 {
     f64::from(camera.width) * f64::from(camera.height)
 }
 
-/// The camera of a part of the picture: the same pixels.
-fn part(camera: &Camera, at: [u32; 2], side_px: u32) -> Camera {
+/// The camera of a part of the picture, and of a margin around it: the same pixels.
+fn part(camera: &Camera, at: [u32; 2], side_px: u32, margin_px: u32) -> Camera {
     Camera {
-        width: side_px.min(camera.width - at[0]),
-        height: side_px.min(camera.height - at[1]),
-        cx: camera.cx - f64::from(at[0]),
-        cy: camera.cy - f64::from(at[1]),
+        width: side_px.min(camera.width - at[0]) + 2 * margin_px,
+        height: side_px.min(camera.height - at[1]) + 2 * margin_px,
+        cx: camera.cx - f64::from(at[0]) + f64::from(margin_px),
+        cy: camera.cy - f64::from(at[1]) + f64::from(margin_px),
         ..*camera
     }
 }

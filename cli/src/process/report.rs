@@ -1,20 +1,20 @@
-//! The report of a run: lines on stderr and the stats file.
+//! The report of a run: lines, notes and bars on stderr, and the stats file.
 //!
 //! Takes counts and times, gives text. Everything for people goes to stderr, so that stdout stays free; a closed
 //! stderr is no reason to stop. The keys of the stats file are described in `docs/stats.md`.
 
 use std::cell::RefCell;
+use std::collections::HashSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::Error;
+use indicatif::{ProgressBar, ProgressStyle};
 use resample_core::Image;
 use resample_io::memory;
 use serde::{Serialize, Serializer};
 use serde_json::Value;
-
-use crate::process::progress::Progress;
 
 /// How much is said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -280,6 +280,66 @@ fn described(frame: &WrittenFrame) -> String {
     )
 }
 
+/// The notes that have been printed.
+#[derive(Debug, Default)]
+pub(crate) struct Notes(HashSet<String>);
+
+impl Notes {
+    /// Prints a note of a place, unless the same was said of this place or of another one before.
+    pub(crate) fn say_of(&mut self, place: &str, text: String) {
+        let line = format!("note: {place}: {text}");
+        if self.0.insert(text) {
+            say(&line);
+        }
+    }
+
+    /// Prints a line, unless it was printed before.
+    pub(crate) fn say(&mut self, line: &str) {
+        if self.0.insert(line.to_owned()) {
+            say(line);
+        }
+    }
+}
+
+/// Visibility of progress bars.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Progress {
+    /// A bar, where stderr is a terminal.
+    Shown,
+    /// Nothing.
+    Hidden,
+}
+
+/// A step that takes less shows no bar. A guess at what nobody wonders about.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Steps of a bar: finer than any terminal is wide.
+const STEPS: u64 = 1000;
+
+/// Takes the share of a step that is done, and shows it.
+pub(crate) fn watch(step: &'static str, progress: Progress) -> impl FnMut(f64) {
+    let start = Instant::now();
+    let mut bar: Option<ProgressBar> = None;
+    move |share| {
+        if progress == Progress::Hidden || start.elapsed() < PATIENCE {
+            return;
+        }
+        let bar = bar.get_or_insert_with(|| new_bar(step, start));
+        bar.set_position((share * STEPS as f64) as u64);
+        if share >= 1.0 {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn new_bar(step: &'static str, start: Instant) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg} {wide_bar} {percent} %, {eta} left");
+    ProgressBar::new(STEPS)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        .with_message(step)
+        .with_elapsed(start.elapsed())
+}
+
 #[cfg(test)]
 mod tests {
     use anyhow::anyhow;
@@ -369,5 +429,25 @@ mod tests {
     fn memory_high_water_mark_is_plausible() {
         let peak = peak_bytes().expect("Linux tells");
         assert!(peak > 1 << 18, "a process holds more than {peak} bytes");
+    }
+
+    #[test]
+    fn equal_notes_are_said_once_whatever_place_they_are_of() {
+        let mut notes = Notes::default();
+        let (_, lines) = heard(|| {
+            notes.say_of("a.png", "no unit".into());
+            notes.say_of("b.png", "no unit".into());
+            notes.say_of("b.png", "upside down".into());
+            notes.say("warning: empty");
+            notes.say("warning: empty");
+        });
+        assert_eq!(
+            lines,
+            [
+                "note: a.png: no unit",
+                "note: b.png: upside down",
+                "warning: empty"
+            ]
+        );
     }
 }

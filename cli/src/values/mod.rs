@@ -4,7 +4,6 @@
 //! `args.rs`, so that clap can name the option in front of the sentence.
 
 pub mod input_file;
-pub mod source;
 
 use std::path::PathBuf;
 
@@ -14,16 +13,11 @@ use resample_core::image::linear_from_srgb;
 use volsplat::{ClipPlane, Subpixels};
 
 mod bound;
-mod bytes;
-mod lens;
 mod part;
-mod sway;
 
+pub use crate::values::part::{IntrinsicsWord, Sway, bytes, intrinsics, sway};
 pub use bound::{Bound, BoundMetric, bound, metric_bound, time_ms};
-pub use bytes::bytes;
-pub use lens::{IntrinsicsWord, intrinsics};
 pub use part::{FrameRange, TileWord, frames, tile};
-pub use sway::{Sway, sway};
 
 /// Most views along a side of a grid: more than any light-field screen shows.
 const MAX_GRID_SIDE: u32 = 64;

@@ -1,8 +1,9 @@
-//! Words for a part of the work: some pictures of a sequence, one tile of a picture.
+//! Words for a part of the work (some pictures of a sequence, one tile of a picture), a lens, a sway, and a number of bytes.
 
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 
-use super::Grid;
+use crate::values::{Grid, finite, positive};
 
 /// Pictures of a sequence by their numbers, the end not included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,6 +75,92 @@ pub fn tile(text: &str) -> Result<TileWord, String> {
     })
 }
 
+/// A lens as it was typed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum IntrinsicsWord {
+    /// Focal lengths along x and y and the centre, px.
+    Numbers([f64; 4]),
+    /// A file that holds them.
+    File(PathBuf),
+}
+
+/// `FX,FY,CX,CY` in pixels, focal lengths above 0, or the name of a file.
+pub fn intrinsics(text: &str) -> Result<IntrinsicsWord, String> {
+    let numbers: Option<Vec<f64>> = text
+        .split(',')
+        .map(|word| {
+            word.trim()
+                .parse()
+                .ok()
+                .filter(|value: &f64| value.is_finite())
+        })
+        .collect();
+    match numbers.as_deref() {
+        Some(&[fx, fy, cx, cy]) if fx > 0.0 && fy > 0.0 => {
+            Ok(IntrinsicsWord::Numbers([fx, fy, cx, cy]))
+        }
+        None if Path::new(text).is_file() => Ok(IntrinsicsWord::File(text.into())),
+        _ => Err(
+            "expected FX,FY,CX,CY in pixels such as 525,525,319.5,239.5, focal lengths above 0, or a file that exists"
+                .into(),
+        ),
+    }
+}
+
+/// A sway of the camera around the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sway {
+    /// Largest angle from the camera, degrees.
+    pub angle_deg: f64,
+    /// Pictures once around.
+    pub pictures: u32,
+}
+
+/// Pictures of a sway: two seconds.
+const DEFAULT_PICTURES: u32 = 48;
+
+/// Most pictures: more is a slip of the finger.
+const MAX_PICTURES: u32 = 100_000;
+
+/// An angle above 0 and up to 45 degrees, and perhaps a number of pictures.
+pub fn sway(text: &str) -> Result<Sway, String> {
+    let (angle, pictures) = match text.split_once(',') {
+        Some((angle, pictures)) => (angle, pictures.trim().parse().ok()),
+        None => (text, Some(DEFAULT_PICTURES)),
+    };
+    let angle = positive(angle).ok().filter(|&angle_deg| angle_deg <= 45.0);
+    let pictures = pictures.filter(|pictures| (1..=MAX_PICTURES).contains(pictures));
+    match (angle, pictures) {
+        (Some(angle_deg), Some(pictures)) => Ok(Sway { angle_deg, pictures }),
+        _ => Err("expected an angle above 0 and up to 45 degrees, and perhaps a number of pictures: 3 or 3,48".into()),
+    }
+}
+
+/// A number of bytes such as 4G: K, M, G and T stand for powers of 1024.
+pub fn bytes(text: &str) -> Result<u64, String> {
+    let text = text.trim();
+    let (digits, unit) = text.split_at(
+        text.trim_end_matches(|c: char| c.is_ascii_alphabetic())
+            .len(),
+    );
+    let power = match unit.to_ascii_uppercase().as_str() {
+        "" | "B" => 0,
+        "K" | "KB" | "KIB" => 1,
+        "M" | "MB" | "MIB" => 2,
+        "G" | "GB" | "GIB" => 3,
+        "T" | "TB" | "TIB" => 4,
+        _ => return Err("expected a number of bytes such as 4G or 512M".into()),
+    };
+    let count = finite(digits)
+        .filter(|&count| count > 0.0)
+        .map(|count| count * 1024f64.powi(power));
+    // Beyond 2^60 bytes there is no machine.
+    match count {
+        Some(count) if (1.0..1.2e18).contains(&count) => Ok(count as u64),
+        _ => Err("expected a number of bytes such as 4G or 512M".into()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,6 +183,21 @@ mod tests {
         assert_eq!((word.column, word.row), (2, 0));
         for wrong in ["4,0/4x3", "0,0", "0,0/0x1", "0/4x3", "1,1/2000x2"] {
             assert!(tile(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn bytes_have_units_of_1024() {
+        for (text, expected) in [
+            ("1000", 1000),
+            ("4G", 4 << 30),
+            ("1.5k", 1536),
+            ("512MiB", 512 << 20),
+        ] {
+            assert_eq!(bytes(text), Ok(expected), "{text}");
+        }
+        for bad in ["", "G", "-1G", "0", "4X", "1e30", "nan"] {
+            assert!(bytes(bad).is_err(), "{bad:?} is no number of bytes");
         }
     }
 }

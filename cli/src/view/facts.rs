@@ -8,7 +8,7 @@ use volsplat::transfer::{ColourMap, Histogram, Preset};
 use volsplat::{Blend, Described, Shading, TransferFunction};
 
 use crate::args::{Drawing, RayBlend, SceneArgs, TransferArgs, VolsplatArgs};
-use crate::look::suggested::Suggested;
+use crate::look::transfer::Suggested;
 use crate::look::{channel_look, transfer};
 use crate::open::volume::OpenVolume;
 use crate::values::word;

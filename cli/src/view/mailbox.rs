@@ -1,13 +1,16 @@
 //! The requests of the page that is open: of views to draw only the newest counts, all else is kept in order.
 
 use std::collections::VecDeque;
+use std::net::TcpStream;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use anyhow::Result;
 use resample_core::Stop;
+use tungstenite::protocol::{Role, WebSocket};
+use tungstenite::{Bytes, Message};
 
-use super::message::{Asked, Motion, View};
-use super::sender::Sender;
+use crate::view::message::{Asked, Motion, View};
 
 /// Most requests beside views that wait; a page sends a handful.
 const MOST_WAITING: usize = 64;
@@ -138,5 +141,31 @@ impl Mailbox {
     fn lock(&self) -> MutexGuard<'_, Inside> {
         // The lists are sound whatever a thread did that panicked.
         self.0.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Sends to a page.
+pub(crate) struct Sender(WebSocket<TcpStream>);
+
+impl std::fmt::Debug for Sender {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Sender")
+    }
+}
+
+impl Sender {
+    /// On a stream whose head has been exchanged.
+    pub(crate) fn new(stream: TcpStream) -> Self {
+        Self(WebSocket::from_raw_socket(stream, Role::Server, None))
+    }
+
+    /// Sends a text.
+    pub(crate) fn text(&mut self, text: String) -> Result<()> {
+        Ok(self.0.send(Message::text(text))?)
+    }
+
+    /// Sends bytes.
+    pub(crate) fn bytes(&mut self, bytes: Vec<u8>) -> Result<()> {
+        Ok(self.0.send(Message::Binary(Bytes::from(bytes)))?)
     }
 }

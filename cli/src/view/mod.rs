@@ -5,19 +5,17 @@
 //!
 //! `options_text` finds the command and takes the page's changes of it; `opened_scene` is the scene as it is drawn; `serve` speaks to
 //! the browser; `mailbox` keeps the newest request; `render_thread` draws and answers; `ladder` chooses the size of moving
-//! frames; `save` writes files; those that need pictures are drawn by a `job` on a thread of its own.
+//! frames; `save` writes files; those that need pictures are drawn by a job on a thread of its own.
 
 pub(crate) mod options_text;
 pub(crate) mod opened_scene;
 mod facts;
+mod encode;
 mod message;
 mod mailbox;
 pub(crate) mod serve;
-mod sender;
-mod encode;
 mod ladder;
 pub(crate) mod render_thread;
-mod job;
 mod save;
 
 use std::ffi::OsString;
@@ -26,12 +24,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Result;
 
-use crate::args::words::application::Application;
+use crate::args::words::content::Application;
 use crate::args::{ServeArgs, ViewArgs};
 use crate::process::report::Verbosity;
 use crate::process::{interrupt, report};
 use crate::threads;
-use crate::values::source::Held;
+use crate::values::input_file::Held;
 use crate::view::opened_scene::OpenedScene;
 use crate::view::options_text::Words;
 use crate::view::render_thread::Studio;

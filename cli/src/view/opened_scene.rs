@@ -11,7 +11,7 @@ use tempfile::TempDir;
 use super::facts;
 use super::message::{Exactness, View};
 use crate::args::Drawing;
-use crate::args::words::application::Application;
+use crate::args::words::content::Application;
 use crate::cameras::camera_file;
 use crate::cameras::camera_file::CameraDefaults;
 use crate::cameras::viewpoint::DEFAULT_FOV_Y_DEG;
@@ -98,7 +98,7 @@ impl OpenedScene {
             "options": facts::options(&self.drawing)?,
             "volume": volume,
             "unit": self.unit(),
-            "backdrop": super::encode::BACKDROP,
+            "backdrop": crate::view::encode::BACKDROP,
         }))
     }
 

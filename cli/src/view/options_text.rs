@@ -12,15 +12,15 @@ use clap::{ArgMatches, Args, Command, FromArgMatches};
 use glam::DVec3;
 use volsplat::transfer::ColourMap;
 
-use crate::args::words::application::Application;
 use crate::args::words::content;
+use crate::args::words::content::Application;
 use crate::args::words::typed::Typed;
 use crate::args::{Drawing, GlobalArgs, ServeArgs};
 use crate::cameras::viewpoint::Viewpoint;
 use crate::look::channel_look;
 use crate::values;
 use crate::values::BackgroundWord;
-use crate::values::source::Held;
+use crate::values::input_file::Held;
 
 /// Options that the page may set. None of them names a file.
 const FROM_PAGE: [&str; 25] = [

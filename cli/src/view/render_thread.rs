@@ -10,12 +10,12 @@ use anyhow::{Result, bail};
 use resample_core::{Camera, Image, Stop};
 use serde_json::{Value, json};
 
-use super::job::{Job, News};
 use super::ladder::Ladder;
+use super::mailbox::Sender;
 use super::mailbox::{Mailbox, Next as Request};
 use super::message::{Asked, Exactness, Motion, PictureHead, Saved, View};
+use super::message::{Job, News};
 use super::save::Saving;
-use super::sender::Sender;
 use super::{encode, save};
 use crate::picture::bands;
 use crate::picture::bands::{Next, Pace, Window};

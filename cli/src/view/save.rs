@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
 
-use super::job::Job;
+use super::message::Job;
 use super::message::{Saved, View};
 use crate::args::Drawing;
 use crate::args::words::typed;

@@ -4,9 +4,9 @@
 //! caller knows the meaning of the numbers.
 
 use super::files::{Part, fault, first_bytes};
-use super::plane::{Plane, Stored};
 use super::receiver::{HeldPlane, Receiver, Room};
-use crate::formats::{exr, npy_depth, pfm, raster, tiff, tiff_depth};
+use crate::formats::{exr, npy, pfm, raster, tiff};
+use crate::picture::{Plane, Stored};
 use resample_core::Error;
 
 /// Reads a depth file. An EXR file may name a channel (`ref.exr#Z`); without one the only candidate is taken.
@@ -31,8 +31,8 @@ pub fn decode(part: &Part, room: Room, to: &mut dyn Receiver) -> Result<Stored, 
     }
     match start.as_slice() {
         [b'P', b'F' | b'f', ..] => pfm::decode(path, to),
-        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => npy_depth::decode(path, room, to),
-        start if tiff::begins(start) => tiff_depth::decode(path, room, to),
+        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => npy::decode(path, room, to),
+        start if tiff::begins(start) => tiff::decode(path, room, to),
         _ => raster::decode_depth(path, room, to),
     }
 }

@@ -23,8 +23,6 @@ pub mod gate;
 pub mod memory;
 pub mod refused;
 pub mod files;
-mod rows;
-mod plane;
 mod picture;
 pub mod receiver;
 mod formats;
@@ -32,11 +30,11 @@ pub mod colour;
 pub mod depth;
 pub mod whole_picture;
 
+pub use crate::picture::{Plane, Stored};
 pub use files::{MAX_PIXELS, Part};
 pub use formats::{exr, npy, tiff};
 pub use gate::{Gate, Outside};
 pub use picture::Picture;
-pub use plane::{Plane, Stored};
 pub use receiver::{Receiver, Room};
 
 #[cfg(test)]

@@ -1,4 +1,6 @@
-//! A picture in linear light, as every format leaves it.
+//! A picture in linear light, a plane of numbers, and rows of either, as every format leaves them.
+
+use resample_core::Error;
 
 /// A picture in linear light.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,4 +24,44 @@ pub struct Storage {
     pub channel_bytes: u8,
     /// Bytes a pixel that the decoder holds at most.
     pub decoder_bytes: u64,
+}
+
+/// One number per pixel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plane {
+    /// Width, px.
+    pub width: usize,
+    /// Height, px.
+    pub height: usize,
+    /// The stored numbers, rows from the top; NaN where the file holds no pixel.
+    pub values: Vec<f32>,
+    /// The kind of the numbers.
+    pub stored: Stored,
+}
+
+/// How numbers are stored, which decides what 0 may mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stored {
+    /// Floating point.
+    Float,
+    /// Whole numbers from 0 to this largest code, such as 255 or 65535.
+    Code(u32),
+}
+
+/// The numbers of a row as they are stored: 1 to 4 channels a pixel (grey, grey and alpha, colours, colours and alpha).
+pub(super) enum Row<'a> {
+    /// 8 bits.
+    Bytes(&'a [u8]),
+    /// 16 bits.
+    Words(&'a [u16]),
+    /// Single precision, linear light.
+    Floats(&'a [f32]),
+}
+
+/// A receiver of a picture's rows.
+pub(super) trait Rows {
+    /// Width and height, px, and the number of channels.
+    fn begin(&mut self, size: [usize; 2], channels: usize) -> Result<(), Error>;
+    /// The row `y`.
+    fn row(&mut self, y: usize, row: &Row<'_>) -> Result<(), Error>;
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::files::fault;
 use super::picture::Picture;
-use super::plane::{Plane, Stored};
+use crate::picture::{Plane, Stored};
 use resample_core::Error;
 
 /// Takes the numbers of a picture or of a depth, piece by piece.

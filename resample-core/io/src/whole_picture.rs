@@ -12,8 +12,7 @@ use image::{DynamicImage, ImageDecoder, ImageReader};
 use rayon::prelude::*;
 use resample_core::image::linear_from_srgb;
 
-use crate::formats::exr;
-use crate::formats::jpeg;
+use crate::formats::{exr, raster};
 use crate::gate::Gate;
 
 /// Most bytes of a decoded picture: 16384 x 16384 texels of 8 bits, which is as large as graphics cards take them.
@@ -70,7 +69,7 @@ pub fn decode(
         exr::check_all(Cursor::new(bytes))?;
     }
     if format == ImageFormat::Jpeg {
-        jpeg::check_whole(bytes)?;
+        raster::check_whole_jpeg(bytes)?;
     }
     let reader = ImageReader::with_format(Cursor::new(bytes), format);
     let unreadable = |error| format!("cannot be decoded as a picture: {error}");

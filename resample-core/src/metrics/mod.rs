@@ -9,7 +9,6 @@
 //! modules. Limits: neither HDR-FLIP nor any measure over time; depth and extra planes are not compared.
 
 mod convolve;
-mod difference;
 pub mod flip;
 mod inputs;
 #[cfg(test)]
@@ -19,10 +18,10 @@ pub mod ssim;
 mod tests;
 
 use crate::Image;
-use difference::Differences;
-pub use flip::FlipSummary;
-pub use inputs::{Mask, MetricsError, ScalarMap};
-use inputs::{check_mask, check_pair};
+use crate::metrics::inputs::{check_mask, check_pair};
+
+pub use crate::metrics::flip::FlipSummary;
+pub use crate::metrics::inputs::{Mask, MetricsError, ScalarMap};
 
 /// All figures of one comparison, each over the mask, or over the whole picture without one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,4 +75,90 @@ pub fn compare(
         ssim: ssim::mean(&ssim_map, mask),
         flip: FlipSummary::new(flip_map.selected(mask)),
     })
+}
+
+/// Image minus reference for every selected pixel.
+struct Differences {
+    rgba: Vec<[f64; 4]>,
+}
+
+impl Differences {
+    fn new(image: &Image, reference: &Image, mask: Option<&Mask>) -> Self {
+        let inside = |at: usize| mask.is_none_or(|mask| mask.inside()[at]);
+        let pairs = image.rgba.iter().zip(&reference.rgba).enumerate();
+        let rgba = pairs
+            .filter(|&(at, _)| inside(at))
+            .map(|(_, (a, b))| minus(a, b))
+            .collect();
+        Self { rgba }
+    }
+
+    fn pixel_count(&self) -> usize {
+        self.rgba.len()
+    }
+
+    /// Root mean square over red, green and blue.
+    fn rmse(&self) -> f64 {
+        self.colour_mean(|d| d * d).sqrt()
+    }
+
+    fn psnr_db(&self) -> f64 {
+        psnr_db(self.colour_mean(|d| d * d))
+    }
+
+    fn alpha_psnr_db(&self) -> f64 {
+        psnr_db(self.rgba.iter().map(|d| d[3] * d[3]).sum::<f64>() / self.rgba.len() as f64)
+    }
+
+    fn mean_signed(&self) -> f64 {
+        self.colour_mean(|d| d)
+    }
+
+    fn max_abs(&self) -> f64 {
+        self.rgba.iter().map(largest_abs).fold(0.0, f64::max)
+    }
+
+    /// Quantile (0..=1) over pixels of the largest absolute colour difference.
+    fn quantile_abs(&self, quantile: f64) -> f64 {
+        interpolated_quantile(
+            &mut self.rgba.iter().map(largest_abs).collect::<Vec<_>>(),
+            quantile,
+        )
+    }
+
+    /// Mean of `value` over the three colour channels of all pixels.
+    fn colour_mean(&self, value: impl Fn(f64) -> f64) -> f64 {
+        let sum: f64 = self
+            .rgba
+            .iter()
+            .map(|d| value(d[0]) + value(d[1]) + value(d[2]))
+            .sum();
+        sum / (3 * self.rgba.len()) as f64
+    }
+}
+
+/// The quantile of unsorted values, linear between the two neighbouring ranks; rank `quantile * (n - 1)` from 0.
+///
+/// `values` is reordered and must not be empty.
+fn interpolated_quantile(values: &mut [f64], quantile: f64) -> f64 {
+    let rank = quantile * (values.len() - 1) as f64;
+    let (_, &mut low, above) = values.select_nth_unstable_by(rank as usize, f64::total_cmp);
+    let high = above.iter().copied().min_by(f64::total_cmp).unwrap_or(low);
+    low + rank.fract() * (high - low)
+}
+
+/// Decibels for a peak of 1; +infinity for a mean square of 0.
+fn psnr_db(mean_square: f64) -> f64 {
+    -10.0 * mean_square.log10()
+}
+
+fn minus(image: &[f32; 4], reference: &[f32; 4]) -> [f64; 4] {
+    std::array::from_fn(|c| f64::from(image[c]) - f64::from(reference[c]))
+}
+
+fn largest_abs(difference: &[f64; 4]) -> f64 {
+    difference[0]
+        .abs()
+        .max(difference[1].abs())
+        .max(difference[2].abs())
 }

@@ -218,3 +218,33 @@ fn values_that_are_not_finite_are_refused_with_their_place() {
         "message: {error}"
     );
 }
+
+#[test]
+fn quantile_interpolates_between_ranks() {
+    // Five values have ranks 0..=4; quantile 0.9 is rank 3.6, which is 0.6 of the way from 40 to 50.
+    let value = interpolated_quantile(&mut [50.0, 10.0, 40.0, 20.0, 30.0], 0.9);
+    assert!((value - 46.0).abs() < 1e-12, "quantile {value} is not 46");
+    assert_eq!(
+        interpolated_quantile(&mut [7.0], 0.999),
+        7.0,
+        "a single value is every quantile"
+    );
+    assert_eq!(
+        interpolated_quantile(&mut [1.0, 2.0], 1.0),
+        2.0,
+        "quantile 1 is the maximum"
+    );
+}
+
+#[test]
+fn psnr_of_a_tenth_is_twenty_decibels() {
+    assert!(
+        (psnr_db(0.01) - 20.0).abs() < 1e-12,
+        "a mean square of 0.01 must be 20 dB"
+    );
+    assert_eq!(
+        psnr_db(0.0),
+        f64::INFINITY,
+        "no difference must be infinite"
+    );
+}

@@ -1,12 +1,301 @@
-//! Arguments of volumes, one group of `--help` a file.
+//! Arguments of volumes, one struct for each group of `--help`.
 //!
 //! `order` infers the order of compositing from options that only one order has.
 
-pub(crate) mod file;
-pub(crate) mod reading;
-pub(crate) mod scene;
-pub(crate) mod transfer;
-pub(crate) mod blend;
-pub(crate) mod clip;
-pub(crate) mod render;
 pub(crate) mod order;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use glam::DVec3;
+use resample_core::OpacityMode;
+use resample_core::simd::SimdLevel;
+use resample_io::{Gate, Outside};
+use volsplat::transfer::{ColourEncoding, ColourMap, Preset};
+use volsplat::{
+    ClipPlane, Endian, FieldOptions, KernelSheets, Layer, RenderOptions, SampleOptions, Shading,
+    Subpixels, VoxelType,
+};
+
+use crate::args::short_help;
+use crate::values;
+use crate::values::Window;
+
+/// How the volume file is read.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Volume")]
+pub struct VolumeArgs {
+    /// Number of voxels along x, y and z (raw files)
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::dims, requires = "voxel_type")]
+    pub dims: Option<[usize; 3]>,
+    /// Type of a voxel: u8, i8, u16, i16, u32, i32, u64, i64, f32 or f64 (raw files)
+    #[arg(long = "type", value_name = "TYPE", requires = "dims")]
+    pub voxel_type: Option<VoxelType>,
+    /// Byte order: little (default) or big (raw files)
+    #[arg(long, value_name = "ORDER", requires = "dims")]
+    pub endian: Option<Endian>,
+    /// Bytes before the first voxel, 0 if not given (raw files)
+    #[arg(long, value_name = "BYTES", requires = "dims")]
+    pub skip: Option<u64>,
+    /// Distance between voxels along x, y and z in world units, instead of the file's own [default: 1,1,1]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector)]
+    pub spacing: Option<[f64; 3]>,
+    /// World position of the centre of the first voxel, instead of the file's own [default: 0,0,0]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::vector, allow_hyphen_values = true)]
+    pub origin: Option<[f64; 3]>,
+    /// Value that stands for NaN; without it, a volume that holds NaN is an error
+    #[arg(long, value_name = "V", value_parser = values::number, allow_hyphen_values = true)]
+    pub nan_as: Option<f64>,
+    /// Multiply every value by SCALE and add OFFSET, such as 1,-1024 for a raw CT
+    #[arg(long, value_name = "SCALE,OFFSET", value_parser = values::pair, allow_hyphen_values = true)]
+    pub rescale_values: Option<[f64; 2]>,
+    /// Rules of reading.
+    #[command(flatten)]
+    pub reading: ReadingArgs,
+}
+
+/// Rules of reading files.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Reading")]
+pub struct ReadingArgs {
+    /// Most memory to work in, such as 4G or 512M [default: three quarters of what this machine or its control group has]
+    ///
+    /// A raw volume, or NRRD or MetaImage data that is not packed, is read brick by brick where it does not fit; a Zarr array
+    /// is first unpacked into a temporary file in the folder TMPDIR. Files that cannot be read in parts are refused.
+    /// Without this option, files that expand more than 500-fold or refer to the same data repeatedly are refused.
+    #[arg(long, value_name = "SIZE", value_parser = values::bytes)]
+    pub max_memory: Option<u64>,
+    /// Follow names inside files out of the folder of the file that is typed
+    #[arg(long)]
+    pub allow_outside: bool,
+}
+
+impl ReadingArgs {
+    /// The gate that lets this through.
+    pub(crate) fn gate(&self) -> Gate {
+        let outside = if self.allow_outside {
+            Outside::Allowed
+        } else {
+            Outside::Refused
+        };
+        Gate::new(outside, self.max_memory)
+    }
+}
+
+/// Channels, labels and masks.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Channels, labels, masks")]
+pub struct SceneArgs {
+    /// Mask volume of the same dimensions: samples whose nearest mask voxel is 0 are hidden
+    #[arg(long, value_name = "FILE")]
+    pub mask: Option<PathBuf>,
+    /// The values are labels: never interpolated, each with a colour of its own; 0 is not drawn
+    #[arg(long, conflicts_with_all = ["transfer", "window", "preset", "colormap", "show_transfer"])]
+    pub labels: bool,
+    /// Colours and opacities of labels: a label file of ITK-SNAP, CSV, or JSON; labels that it does not list are not drawn
+    #[arg(long, alias = "label-colors", value_name = "FILE")]
+    pub label_colours: Option<PathBuf>,
+    /// Draw component N of the file with LOOK: a transfer function (.json), a colour map, a colour such as green or
+    /// #ff8000, or labels; once for each component that is drawn
+    #[arg(long, num_args = 2, value_names = ["N", "LOOK"],
+        conflicts_with_all = ["labels", "transfer", "window", "preset", "colormap", "show_transfer"])]
+    pub channel: Vec<String>,
+    /// Also draw this volume (FILE or FILE#PART), on the same grid, with LOOK as in --channel; may be given several times
+    #[arg(long, num_args = 2, value_names = ["FILE", "LOOK"])]
+    pub also: Vec<String>,
+}
+
+/// How values become colour and opacity.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Transfer function")]
+pub struct TransferArgs {
+    /// Transfer function file: a colour map of ParaView (JSON), or a volume property of Slicer (.vp, .vp.json) [default: made from the
+    /// histogram]
+    #[arg(long, value_name = "FILE")]
+    pub transfer: Option<PathBuf>,
+    /// Colour space of the colours in the transfer function file
+    #[arg(long, value_name = "SPACE", value_enum, default_value = "linear")]
+    pub transfer_space: ColourEncoding,
+    /// Move the file's knots, from the first to the last, to the range of the volume's values
+    ///
+    /// For colour maps that are written over 0 to 1. Opacity that the file does not give is made from the histogram and
+    /// is not moved.
+    #[arg(long, requires = "transfer")]
+    pub rescale_transfer: bool,
+    /// Values LEVEL - WIDTH/2 to LEVEL + WIDTH/2 span the colour map and an opacity from 0 to 1, as in CT: 40,400
+    #[arg(long, value_name = "LEVEL,WIDTH", value_parser = values::window, allow_hyphen_values = true,
+        conflicts_with = "transfer")]
+    pub window: Option<Window>,
+    /// Preset: transfer function, shading and blend mode, such as ct-bone, mr-head, green-channel, flame; `list` prints all
+    ///
+    /// Those for CT expect Hounsfield units, others take the range of the volume's values. Opacities are per voxel,
+    /// unless --opacity-unit says otherwise. --shade and --blend replace the light and the blending of the preset.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["transfer", "window", "colormap"])]
+    pub preset: Option<Preset>,
+    /// Colour map of the window, or of the transfer function that is made from the histogram [default: viridis]
+    #[arg(
+        long,
+        alias = "colourmap",
+        value_name = "NAME",
+        conflicts_with = "transfer"
+    )]
+    pub colormap: Option<ColourMap>,
+    /// Multiply the extinction of any transfer function: an opacity A becomes 1 - (1 - A)^S
+    #[arg(long, value_name = "S", value_parser = values::positive, default_value = "1")]
+    pub opacity_scale: f64,
+    /// Length in world units over which an opacity is meant [default: the smallest distance between voxels]
+    #[arg(long, value_name = "LENGTH", value_parser = values::positive)]
+    pub opacity_unit: Option<f64>,
+    /// Also draw the transfer function over the histogram of the volume, as a PNG
+    #[arg(long, value_name = "FILE.png", value_parser = values::png_name)]
+    pub show_transfer: Option<PathBuf>,
+}
+
+impl Default for TransferArgs {
+    fn default() -> Self {
+        crate::args::given::defaults()
+    }
+}
+
+/// The value of its ray that a pixel shows.
+#[derive(Args, Clone, Debug, Default, PartialEq)]
+#[command(next_help_heading = "Blending (order field)")]
+pub struct BlendArgs {
+    /// The value of its ray that a pixel shows [default: emission, or isosurface with --iso]
+    #[arg(long, value_enum)]
+    pub blend: Option<RayBlend>,
+    /// Draw the surface at this value, lit by the gradient
+    #[arg(long, value_name = "VALUE", value_parser = values::number, allow_hyphen_values = true)]
+    pub iso: Option<f64>,
+    /// Colour of the surface: white, black, #rrggbb, or R,G,B from 0 to 255 [default: the transfer function's]
+    #[arg(long, alias = "iso-color", value_name = "COLOUR", value_parser = values::colour, requires = "iso")]
+    pub iso_colour: Option<[f32; 3]>,
+    /// Opacity of the surface, each time that a ray crosses it; above 0, at most 1 [default: 1]
+    #[arg(long, value_name = "A", value_parser = values::positive_f32, requires = "iso")]
+    pub iso_opacity: Option<f32>,
+    /// Planes of an EXR file beside colour and mean depth (Z) [default: none]
+    #[arg(long, value_enum, value_name = "NAMES", value_delimiter = ',')]
+    pub layers: Option<Vec<Layer>>,
+}
+
+/// The value of its ray that a pixel shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum RayBlend {
+    /// Emission and absorption, sample behind sample
+    Emission,
+    /// The greatest value, through the transfer function
+    Maximum,
+    /// The least value inside the volume, through the transfer function
+    Minimum,
+    /// The mean of the values inside the volume, through the transfer function
+    Average,
+    /// The surface at --iso
+    Isosurface,
+}
+
+/// The part of the volume that is drawn.
+#[derive(Args, Clone, Debug, Default, PartialEq)]
+#[command(next_help_heading = "Clipping")]
+pub struct ClipArgs {
+    /// Draw only the inside of a box along the world's axes, from the first corner to the second
+    #[arg(long, value_name = "X0,Y0,Z0,X1,Y1,Z1", value_parser = values::corners, allow_hyphen_values = true)]
+    pub crop: Option<[[f64; 3]; 2]>,
+    /// Draw only a box of voxels, from the first to the last, both included
+    #[arg(long, value_name = "I0,J0,K0,I1,J1,K1", value_parser = values::corners, allow_hyphen_values = true)]
+    pub crop_voxels: Option<[[f64; 3]; 2]>,
+    /// Draw only the side of a plane where NX x + NY y + NZ z >= D, in the world; up to six times
+    #[arg(long, value_name = "NX,NY,NZ,D", value_parser = values::plane, allow_hyphen_values = true)]
+    pub clip_plane: Vec<ClipPlane>,
+}
+
+/// How the volume is drawn.
+#[derive(Args, Clone, Debug, PartialEq)]
+#[command(next_help_heading = "Rendering")]
+pub struct RenderArgs {
+    /// Order of compositing [default: field; an option that only one order has selects that order, and a single slice is
+    /// drawn by every-sample]
+    #[arg(long, value_enum)]
+    pub order: Option<OrderName>,
+    /// The trilinear field.
+    #[command(flatten)]
+    pub field: FieldOptions,
+    /// Sub-pixels along a pixel's side: 1, 2, 4, 8, 16, or auto: about two per voxel (field), one per sample (every-sample), 1 (axis-sheets)
+    #[arg(long, value_name = "N|auto", value_parser = values::subpixels, default_value = "auto")]
+    pub subpixels: Subpixels,
+    /// How the opacity of a voxel becomes the opacity of a pixel
+    #[arg(long, value_enum, default_value_t = RenderOptions::default().opacity)]
+    pub opacity: OpacityMode,
+    /// Stop a ray once its remaining transmittance falls below T (0: never)
+    #[arg(long, value_name = "T", value_parser = values::fraction,
+        default_value_t = RenderOptions::default().min_transmittance)]
+    pub min_transmittance: f32,
+    /// SIMD level. Levels differ by rounding only; one level gives the same bytes on every machine
+    #[arg(long, value_enum, default_value = "auto")]
+    pub vector_level: SimdLevel,
+    /// How samples are lit, by the gradient of the volume [default: as the preset or the data have it; with --transfer,
+    /// --window or --colormap none; of an isosurface phong]
+    #[arg(long, value_enum)]
+    pub shade: Option<Shading>,
+    /// Direction towards the light, in the world [default: the light is at the camera]
+    #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
+    pub light: Option<DVec3>,
+    /// Multiply the extinction by a ramp over the length of the gradient: 0 at LOW, 1 at HIGH, value per world unit
+    #[arg(long, value_name = "LOW,HIGH", value_parser = values::ramp)]
+    pub gradient_opacity: Option<[f64; 2]>,
+    /// The part of the volume that is drawn.
+    #[command(flatten)]
+    pub clip: ClipArgs,
+    /// The value of a ray that a pixel shows.
+    #[command(flatten)]
+    pub blend: BlendArgs,
+    /// The samples of the paper's orders.
+    #[command(flatten, next_help_heading = short_help::PAPER)]
+    pub samples: SampleOptions,
+    /// The part of the volume that a sample stands for
+    #[arg(long, value_enum, default_value_t = CellsName::Auto)]
+    pub cells: CellsName,
+    /// Subdivide cells whose parts differ from the whole by more than this in colour or opacity
+    #[arg(long, value_name = "E", value_parser = values::fraction, default_value = "0.0625")]
+    pub cell_error: f32,
+    /// The sheets in which kernels are summed.
+    #[command(flatten, next_help_heading = short_help::PAPER)]
+    pub sheets: KernelSheets,
+}
+
+/// `--order`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OrderName {
+    /// The trilinear field on planes parallel to the picture, classified per sub-pixel: sharp and antialiased
+    Field,
+    /// Each classified sample over those behind it, as point or splat: the paper
+    EverySample,
+    /// Slices of samples, summed, one over another: jumps as the view turns, for comparison
+    AxisSheets,
+    /// Kernels summed in slabs parallel to the picture, for comparison
+    ImageSheets,
+}
+
+/// `--cells`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum CellsName {
+    /// Split in every-sample, off in the other orders
+    Auto,
+    /// A voxel, by its own value
+    Off,
+    /// The mean of the field between eight voxels
+    Mean,
+    /// The same, or parts of it where it varies by more than --cell-error
+    Split,
+}
+
+impl OrderName {
+    /// As it is typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Field => "field",
+            Self::EverySample => "every-sample",
+            Self::AxisSheets => "axis-sheets",
+            Self::ImageSheets => "image-sheets",
+        }
+    }
+}

@@ -7,11 +7,12 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
+use clap::{ArgMatches, Args, Command, FromArgMatches};
 use image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
 use resample_io::{exr, files};
 use volsplat::input::Format;
 
-use crate::args::words::application::Application;
+use crate::args::{Drawing, TexmapArgs, VolsplatArgs, Warp3dArgs};
 use crate::values::input_file::InputFile;
 
 /// The content of a file.
@@ -168,6 +169,52 @@ fn first_name(words: &[OsString]) -> Option<usize> {
             word if word.starts_with('-') => return None,
             _ => return Some(at),
         }
+    }
+}
+
+/// The command that draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Application {
+    /// `volsplat`.
+    Volume,
+    /// `texmap`.
+    Mesh,
+    /// `warp3d`.
+    Depth,
+}
+
+impl Application {
+    /// The name of the command.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Volume => "volsplat",
+            Self::Mesh => "texmap",
+            Self::Depth => "warp3d",
+        }
+    }
+
+    /// The command's arguments, of which none has to name the picture: it is `output` unless it is typed.
+    pub fn command(self, name: &'static str, output: &'static str) -> Command {
+        let command = Command::new(name)
+            .no_binary_name(true)
+            .args_override_self(true);
+        let command = match self {
+            Self::Volume => VolsplatArgs::augment_args(command),
+            Self::Mesh => TexmapArgs::augment_args(command),
+            Self::Depth => Warp3dArgs::augment_args(command),
+        };
+        command.mut_arg("output", |arg| {
+            arg.required(false).default_value(output).hide(true)
+        })
+    }
+
+    /// The parsed arguments as the command they belong to.
+    pub fn drawing(self, matches: &ArgMatches) -> Result<Drawing, clap::Error> {
+        Ok(match self {
+            Self::Volume => Drawing::Volsplat(Box::new(VolsplatArgs::from_arg_matches(matches)?)),
+            Self::Mesh => Drawing::Texmap(Box::new(TexmapArgs::from_arg_matches(matches)?)),
+            Self::Depth => Drawing::Warp3d(Box::new(Warp3dArgs::from_arg_matches(matches)?)),
+        })
     }
 }
 

@@ -4,9 +4,9 @@ use glam::{DAffine3, DVec2};
 use volsplat::Volume;
 use volsplat::volume::Voxels;
 
-use super::fit::{FILL, fit, seen_points};
 use super::volume::{grid_bounds, stance};
 use super::*;
+use crate::cameras::framing::{FILL, fit, seen_points};
 
 const BOX: [DVec3; 2] = [DVec3::new(10.0, -4.0, 3.0), DVec3::new(14.0, 2.0, 5.0)];
 const LENSES: [Lens; 2] = [Lens::Perspective { fov_y_deg: 40.0 }, Lens::Orthographic];

@@ -9,7 +9,7 @@ use resample_core::Camera;
 use volsplat::{Described, Order, RenderOptions, Renderer, Subpixels};
 
 use super::Stance;
-use super::fit::{Seen, of_pixels};
+use crate::cameras::framing::{Seen, of_pixels};
 
 /// The stance of a volume: `up` if asked for, else what the file says, else y.
 ///

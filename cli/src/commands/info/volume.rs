@@ -17,8 +17,8 @@ use crate::args::{InfoArgs, ReadingArgs};
 use crate::cameras::framing;
 use crate::open::volume::data::look_through;
 use crate::open::volume::file::load_options;
-use crate::process::progress::Progress;
 use crate::process::report;
+use crate::process::report::Progress;
 
 /// Bars of the histogram: a line of them fits a terminal of 80 columns beside two numbers.
 const BARS: usize = 48;

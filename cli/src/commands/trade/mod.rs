@@ -3,14 +3,13 @@
 //! 1. plan: the settings ([`ladders`]);
 //! 2. reference: the picture of the most exact setting, or one that is given;
 //! 3. measure: each setting beside the default, its picture against the reference ([`crate::measure`]), and once in a process
-//!    of its own ([`probe`]);
+//!    of its own;
 //! 4. report: JSON after every setting, then CSV, a verdict in words and one self-contained page ([`record`], [`verdict`], [`page`]).
 //!
 //! Ctrl-C keeps the measured rows, and `--resume` goes on.
 
 mod ladders;
 mod page;
-mod probe;
 mod record;
 mod rows;
 mod verdict;
@@ -42,7 +41,7 @@ pub(crate) fn run(args: TradeArgs, typed: &Typed, verbosity: Verbosity) -> Resul
         }
     }
     if options.probe {
-        return probe::run(drawing);
+        return rows::run(drawing);
     }
     let resumes = drawing.resume();
     let settings = ladders::settings(&drawing, &options.settings)?;

@@ -1,16 +1,20 @@
 //! The rows of a report: each setting measured beside the default, its picture against the reference.
 
-use anyhow::{Context, Result};
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, bail};
 use resample_core::Camera;
 use resample_core::metrics::flip;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::ladders::Named;
-use super::record::{Cost, Row};
-use super::{ladders, probe};
 use crate::args::words::typed;
 use crate::args::words::typed::Typed;
 use crate::args::{Drawing, TradeOptions};
+use crate::commands::trade::ladders;
+use crate::commands::trade::ladders::Named;
+use crate::commands::trade::record::{Cost, Row};
 use crate::measure::figures::FLICKER;
 use crate::measure::{Reference, Rendered, Time, figures};
 use crate::open::Opened;
@@ -18,6 +22,7 @@ use crate::open::setting::Choices;
 use crate::output::{Depth, Format};
 use crate::picture::input_picture;
 use crate::plan::Purpose;
+use crate::process::report;
 use crate::process::report::Verbosity;
 use crate::{measure, output};
 
@@ -114,7 +119,7 @@ impl Beside {
         setting: &Named,
         options: &TradeOptions,
     ) -> Result<Row> {
-        let alone = probe::measured(&scene.words_with(&setting.choices), &options.out)?;
+        let alone = measured(&scene.words_with(&setting.choices), &options.out)?;
         let mut own = scene.opened(&setting.choices)?;
         let first = self.first(&setting.choices, &mut own)?;
         let reps = measure::worthwhile_reps(options.reps, first.time.cpu_ms);
@@ -172,4 +177,54 @@ fn file_name(setting: &str, kind: &str) -> String {
         "{}_{kind}.png",
         setting.chars().map(plain).collect::<String>()
     )
+}
+
+/// Time and memory of one picture.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+pub(super) struct Alone {
+    /// Elapsed time: reading, preparing, drawing once, ms.
+    pub(super) cold_ms: f64,
+    /// Most memory that the process held, bytes.
+    pub(super) peak_bytes: Option<u64>,
+}
+
+/// Draws one picture, and prints its time and memory.
+pub(super) fn run(drawing: Drawing) -> Result<()> {
+    let start = std::time::Instant::now();
+    let mut opened = Opened::read(drawing, Purpose::Compare, Verbosity::Quiet)?;
+    let camera = opened.cameras().first().copied();
+    opened.draw(&camera.context("there is no camera to draw from")?)?;
+    let alone = Alone {
+        cold_ms: report::ms_since(start),
+        peak_bytes: report::peak_bytes(),
+    };
+    println!("{}", serde_json::to_string(&alone)?);
+    Ok(())
+}
+
+/// Time and memory of a command line in a process of its own. Nothing is written to the folder of the report.
+pub(super) fn measured(words: &[String], folder: &Path) -> Result<Alone> {
+    let program = std::env::current_exe().context("the program does not know where it lies")?;
+    let mut command = Command::new(program);
+    command
+        .arg("trade")
+        .args(words)
+        .args(["--probe", "--out"])
+        .arg(folder)
+        .stdin(Stdio::null());
+    // Ctrl-C asks this process to stop after the setting, and leaves the other alone.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    let output = command
+        .output()
+        .context("the program cannot start itself")?;
+    if !output.status.success() {
+        bail!(
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+                .trim()
+                .trim_start_matches("error: ")
+        );
+    }
+    Ok(serde_json::from_slice(&output.stdout)?)
 }

@@ -14,8 +14,8 @@ use crate::cameras::multiview::{Layout, Places};
 use crate::cameras::viewpoint::Known;
 use crate::cameras::{camera_path, multiview, viewpoint};
 use crate::open::depth::frames::Frames;
+use crate::open::depth::scene;
 use crate::open::depth::scene::WarpScene;
-use crate::open::depth::{references, scene};
 use crate::output;
 use crate::values::{Size, Sway};
 
@@ -121,7 +121,7 @@ pub(crate) fn convergence(args: &Warp3dArgs, scene: &WarpScene, target: &Camera)
         if !is_needed {
             return Ok(f64::INFINITY);
         }
-        let median = references::median_depth(&scene.references, target);
+        let median = scene::median_depth(&scene.references, target);
         return median.context("nothing lies before the new camera: give --convergence");
     };
     let needs_finite = args.views.quilt.is_some() || args.sequence.sway.is_some();

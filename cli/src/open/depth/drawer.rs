@@ -10,8 +10,7 @@ use crate::cameras::multiview::Layout;
 use crate::open::depth::frames::Frames;
 use crate::open::depth::scene;
 use crate::picture::Drawn;
-use crate::process::notes::Notes;
-use crate::process::report::{Account, Cost};
+use crate::process::report::{Account, Cost, Notes};
 
 /// Draws the views of a sheet.
 pub(crate) struct Drawer {

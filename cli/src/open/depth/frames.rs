@@ -15,8 +15,8 @@ use crate::cameras::viewpoint;
 use crate::cameras::viewpoint::{Known, Viewpoint};
 use crate::open::depth::scene;
 use crate::output::FrameNames;
-use crate::process::progress::{Progress, watch};
 use crate::process::report;
+use crate::process::report::{Progress, watch};
 
 /// Largest difference of the times of a picture and its depth, s: that of the TUM benchmark's own tool.
 const TIME_TOLERANCE_S: f64 = 0.02;

@@ -4,7 +4,6 @@
 //! last.
 
 pub(crate) mod frames;
-pub(crate) mod references;
 pub(crate) mod scene;
 
 use std::path::PathBuf;
@@ -29,17 +28,15 @@ use crate::picture::Drawn;
 use crate::picture::background::Background;
 use crate::picture::bands::Window;
 use crate::plan::{Change, Pictures, Plan, Purpose, Request, Run, RunLog};
-use crate::process::notes::Notes;
 use crate::process::report;
-use crate::process::report::{RunStats, Verbosity};
+use crate::process::report::{Notes, RunStats, Verbosity};
 
 mod cameras;
 mod drawer;
-mod written;
 
+use crate::open::depth::scene::{record, write_planes};
 use cameras::{cameras, check_layout, convergence, layout, of_frames, targets};
 use drawer::{Drawer, LastPicture, Source};
-use written::{record, write_planes};
 
 /// The groups of options that every command has, for the shared code.
 struct Shared {
@@ -96,7 +93,7 @@ impl OpenScene for OpenDepth {
         let Setting::Depth(render) = setting else {
             bail!("a setting of another application");
         };
-        references::update(&mut self.ready.drawer.warper, &render.options.options()?)?;
+        scene::update(&mut self.ready.drawer.warper, &render.options.options()?)?;
         self.args.render = render.clone();
         Ok(())
     }
@@ -204,7 +201,7 @@ impl Ready {
             .max_by_key(|&[w, h]| w * h);
         check_memory(&first, &options, largest.unwrap_or(guess))?;
         let load_ms = report::ms_since(start);
-        let account = json!({ "references": scene.references.len(), "samples": references::known(&scene.references) });
+        let account = json!({ "references": scene.references.len(), "samples": scene::known(&scene.references) });
         let warper = Warper::new(scene.references, &options)?;
         let drawer = Drawer {
             warper,

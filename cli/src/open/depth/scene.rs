@@ -5,20 +5,24 @@
 
 use std::path::Path;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Context, Result, anyhow};
+use resample_core::{Camera, Image, Reuse};
+use serde_json::{Value, json};
 use warp3d::input::cameras::{Distortion, Lens, Pair};
 use warp3d::input::{DepthMeaning, Part, Taken, cameras, colour, depth};
 use warp3d::memory::ReferenceSize;
-use warp3d::{Reference, input};
+use warp3d::{Reference, WarpOptions, Warper, input};
 
 use crate::args::{DepthArgs, Warp3dArgs};
 use crate::cameras::camera_file::{FileCamera, NEAR_FRACTION};
-use crate::cameras::viewpoint;
 use crate::cameras::viewpoint::{Known, TakenWith, Viewpoint};
-use crate::open::depth::references;
-use crate::process::notes::Notes;
+use crate::cameras::{multiview, viewpoint};
+use crate::output::Format;
+use crate::plan::Request;
+use crate::process::report::Notes;
 use crate::values::IntrinsicsWord;
-use crate::values::source::HeldPicture;
+use crate::values::input_file::HeldPicture;
+use crate::{output, plan};
 
 /// The references of a warp and their first camera.
 pub(crate) struct WarpScene {
@@ -77,7 +81,7 @@ pub(crate) fn read(args: &Warp3dArgs, notes: &mut Notes) -> Result<WarpScene> {
     for (typed, found) in typed.iter().zip(&described) {
         references.extend(held(typed, found, notes)?);
     }
-    let nearest = references::nearest(&references);
+    let nearest = nearest(&references);
     for reference in &mut references {
         // The near plane of a reference cuts nothing: its samples are where they are.
         reference.camera.near = reference.camera.near.min(NEAR_FRACTION * nearest);
@@ -286,4 +290,95 @@ pub(crate) fn meaning(args: &DepthArgs, pair: Option<&Pair>) -> DepthMeaning {
         near_far: args.near.zip(args.far).map(|(near, far)| [near, far]),
         range: args.relative_range,
     }
+}
+
+/// Samples with a depth.
+pub(crate) fn known(references: &[Reference]) -> u64 {
+    let known = |r: &Reference| r.depth.iter().filter(|z| !z.is_nan()).count() as u64;
+    references.iter().map(known).sum()
+}
+
+/// Camera z of the sample that is nearest to the camera that saw it, world units.
+pub(crate) fn nearest(references: &[Reference]) -> f64 {
+    let nearest = references.iter().map(Reference::nearest);
+    f64::from(nearest.fold(f32::INFINITY, f32::min))
+}
+
+/// The median depth, camera z, at which `camera` sees the samples of the first reference.
+pub(crate) fn median_depth(references: &[Reference], camera: &Camera) -> Option<f64> {
+    let first = references.first()?;
+    let step = multiview::median_step(&first.camera);
+    let samples = first.depth.iter().copied().enumerate().step_by(step);
+    multiview::median_depth(&first.camera, samples, camera)
+}
+
+/// Warps with these options from now on.
+pub(crate) fn update(warper: &mut Warper, options: &WarpOptions) -> Result<()> {
+    if warper.update(options)? == Reuse::NeedsRenderer {
+        *warper = Warper::new(warper.references(), options)?;
+    }
+    Ok(())
+}
+
+/// Options and files of the warp, for the stats file.
+pub(crate) fn record(
+    args: &Warp3dArgs,
+    options: &WarpOptions,
+    request: &Request,
+    format: Format,
+    convergence: f64,
+) -> Value {
+    let meaning = &args.meaning;
+    let mut record = json!({
+        "colour": args.colour,
+        "depth": args.depth,
+        "from": args.cameras.from.as_ref().map(ToString::to_string),
+        "to": args.cameras.to.as_ref().map(ToString::to_string),
+        "depth_kind": meaning.depth_kind,
+        "depth_scale": meaning.depth_scale,
+        "near": meaning.near,
+        "far": meaning.far,
+        "relative_range": meaning.relative_range,
+        "invalid": meaning.invalid,
+        "baseline": meaning.baseline,
+        "doffs": meaning.doffs,
+        "stereo": args.views.stereo,
+        "convergence": convergence.is_finite().then_some(convergence),
+        "picture": plan::picture_record(request, format),
+    });
+    if let (Value::Object(record), Value::Object(options)) = (&mut record, json!(options)) {
+        record.extend(options);
+    }
+    record
+}
+
+/// Writes the planes beside the picture.
+pub(crate) fn write_planes(args: &Warp3dArgs, image: &Image) -> Result<()> {
+    let plane = |name: &str| {
+        image
+            .planes
+            .iter()
+            .find(|plane| plane.name == name)
+            .map(|plane| &plane.values)
+    };
+    if let Some(path) = &args.filled {
+        let seen = image
+            .rgba
+            .iter()
+            .map(|pixel| 1.0 - pixel[3].clamp(0.0, 1.0));
+        let mask: Vec<f32> = match plane("filled") {
+            Some(filled) => seen
+                .zip(filled)
+                .map(|(hole, &filled)| hole.max(filled))
+                .collect(),
+            None => seen.collect(),
+        };
+        output::write_grey(path, [image.width, image.height], &mask)?;
+    }
+    if let Some(path) = &args.confidence {
+        let confidence = plane("confidence")
+            .context("this layout of views has no confidence: leave --confidence out")?;
+        output::write_grey(path, [image.width, image.height], confidence)?;
+    }
+    Ok(())
 }

@@ -3,7 +3,6 @@
 //! [`OpenMesh`] checks the options before it reads the mesh, and writes nothing before it has checked all input.
 
 pub(crate) mod scene_camera;
-pub(crate) mod settings;
 
 use std::time::Instant;
 
@@ -12,22 +11,27 @@ use glam::{DVec3, Vec3};
 use resample_core::{Camera, Reuse};
 use resample_io::Gate;
 use serde_json::{Value, json};
+use texmap::input::{LightMaps, SceneChoice, Unreadable};
 use texmap::scene::Mesh;
-use texmap::{FrameStats, Loaded, PlaneKind, RenderOptions, Renderer, Scene, Textures};
+use texmap::{
+    FrameStats, LoadOptions, Loaded, PlaneKind, Pose, RenderOptions, Renderer, Scene, Shade,
+    Textures,
+};
 
-use crate::args::{Drawing, Given, TexmapArgs};
+use crate::args::{Drawing, Given, ModelArgs, SequenceArgs, TexmapArgs};
 use crate::cameras::camera_path::KeyKind;
-use crate::cameras::framing::fit::seen_points;
-use crate::cameras::framing::{Extent, Stance};
-use crate::cameras::picked_point;
+use crate::cameras::framing::{Extent, Stance, seen_points};
+use crate::cameras::viewpoint;
 use crate::open::open_scene::{OpenScene, Parts, Probed};
 use crate::open::setting::Setting;
+use crate::output::Format;
 use crate::picture::Drawn;
 use crate::picture::background::Background;
 use crate::picture::bands::Window;
 use crate::plan::{Change, Plan, Request, Run, RunLog};
 use crate::process::report;
 use crate::process::report::{Account, Cost, RunStats, Verbosity};
+use crate::{output, plan};
 
 /// A mesh that is read, ready to be drawn.
 pub(crate) struct OpenMesh {
@@ -48,7 +52,7 @@ impl OpenMesh {
     pub(crate) fn read(args: TexmapArgs, verbosity: Verbosity) -> Result<Self> {
         let start = Instant::now();
         let plan = Plan::new(&request(&args))?;
-        let options = settings::render_options(&args.render.options, plan.finish.format)?;
+        let options = render_options(&args.render.options, plan.finish.format)?;
         let Loaded { scene, notes } = loaded(&args, 0, plan.gate())?;
         let load_ms = report::ms_since(start);
         if verbosity != Verbosity::Quiet {
@@ -76,7 +80,7 @@ impl OpenMesh {
 
     /// Draws with these options from now on.
     fn draw_with(&mut self, render: &Given<RenderOptions>) -> Result<()> {
-        let options = settings::render_options(&render.options, self.plan.finish.format)?;
+        let options = render_options(&render.options, self.plan.finish.format)?;
         self.args.render = render.clone();
         if self.renderer.update(&options)? == Reuse::NeedsRenderer {
             self.renderer = prepared(&self.scene, &self.args, &options)?;
@@ -96,7 +100,7 @@ impl OpenMesh {
             // What could not be read was left out with the rest; now it is missed.
             self.scene = loaded(&self.args, 0, self.plan.gate())?.scene;
         }
-        let options = settings::render_options(&render.options, self.plan.finish.format)?;
+        let options = render_options(&render.options, self.plan.finish.format)?;
         self.renderer = prepared(&self.scene, &self.args, &options)?;
         Ok(())
     }
@@ -160,8 +164,7 @@ impl OpenScene for OpenMesh {
 
     fn turn_to(&mut self, number: usize) -> Result<()> {
         if self.args.model.play && self.posed != Some(number) {
-            let options =
-                settings::render_options(&self.args.render.options, self.plan.finish.format)?;
+            let options = render_options(&self.args.render.options, self.plan.finish.format)?;
             self.renderer = posed(&self.args, &options, number, self.plan.gate())?;
             self.posed = Some(number);
         }
@@ -177,14 +180,14 @@ impl OpenScene for OpenMesh {
     }
 
     fn probe(&mut self, pixel: &Camera) -> Result<Option<Probed>> {
-        let options = settings::render_options(&self.args.render.options, self.plan.finish.format)?;
+        let options = render_options(&self.args.render.options, self.plan.finish.format)?;
         let _kept = self.renderer.update(&RenderOptions {
             planes: vec![PlaneKind::Depth],
             ..options.clone()
         })?;
         let frame = self.renderer.render(pixel);
         let _kept = self.renderer.update(&options)?;
-        let world = picked_point::in_world(pixel, &frame?.image);
+        let world = viewpoint::in_world(pixel, &frame?.image);
         Ok(world.map(Probed::of_surface))
     }
 
@@ -201,18 +204,12 @@ impl OpenScene for OpenMesh {
             ..
         } = *self;
         let request = request(&args);
-        let options = settings::render_options(&args.render.options, plan.finish.format)?;
+        let options = render_options(&args.render.options, plan.finish.format)?;
         let stats = RunStats {
             version: env!("CARGO_PKG_VERSION"),
             scene: scene_record(&scene, &notes, prepare_ms),
             threads: rayon::current_num_threads(),
-            settings: settings::record(
-                &args,
-                &request,
-                &options,
-                plan.finish.format,
-                stance(&args),
-            ),
+            settings: record(&args, &request, &options, plan.finish.format, stance(&args)),
             planned,
             load_ms,
             peak_bytes: None,
@@ -260,7 +257,7 @@ fn loaded(args: &TexmapArgs, number: usize, gate: &Gate) -> Result<Loaded> {
     if let Some(held) = args.source.held() {
         return Ok(held.clone());
     }
-    let load = settings::load_options(args, number, gate);
+    let load = load_options(args, number, gate);
     Ok(texmap::load(&args.input.path, &load)?)
 }
 
@@ -393,4 +390,81 @@ fn stage_line(stats: &FrameStats) -> String {
         stats.points,
         stats.splats
     )
+}
+
+/// How the file is read for picture `number`.
+pub(crate) fn load_options(args: &TexmapArgs, number: usize, gate: &Gate) -> LoadOptions {
+    // FILE#NAME, or FILE#scene=NAME as parts of other files are written.
+    let part = args.input.part.as_deref();
+    let scene = part.map(|part| part.strip_prefix("scene=").unwrap_or(part));
+    LoadOptions {
+        scene: scene.map(|scene| SceneChoice(scene.to_owned())),
+        pose: pose(&args.model, &args.sequence, number),
+        environment: args.model.environment.clone(),
+        light_maps: match args.render.options.shade {
+            Shade::Auto | Shade::Pbr => LightMaps::Read,
+            Shade::Unlit | Shade::Headlight | Shade::Lambert => LightMaps::LeftOut,
+        },
+        unreadable: match args.model.textures {
+            Textures::Shown | Textures::Grid => Unreadable::Refused,
+            Textures::LeftOut => Unreadable::Noted,
+        },
+        texture: args.model.texture.clone(),
+        gate: gate.clone(),
+    }
+}
+
+/// The moment of the animation that picture `number` shows.
+fn pose(model: &ModelArgs, sequence: &SequenceArgs, number: usize) -> Option<Pose> {
+    let is_posed = model.pose_time.is_some() || model.play || model.animation.is_some();
+    let played_s = if model.play {
+        number as f64 / f64::from(sequence.fps.unwrap_or(output::DEFAULT_FPS))
+    } else {
+        0.0
+    };
+    is_posed.then(|| Pose {
+        time_s: model.pose_time.unwrap_or(0.0) + played_s,
+        animation: model.animation.clone(),
+    })
+}
+
+/// How the mesh is drawn. Only an EXR file has a place for further planes.
+pub(crate) fn render_options(args: &RenderOptions, format: Format) -> Result<RenderOptions> {
+    let planes = match format {
+        Format::Exr if args.planes.is_empty() => PlaneKind::ALL.to_vec(),
+        Format::Png(_) | Format::Jpeg if !args.planes.is_empty() => {
+            bail!("--layers: only a name that ends in .exr has a place for them")
+        }
+        _ => args.planes.clone(),
+    };
+    let options = RenderOptions {
+        planes,
+        ..args.clone()
+    };
+    options.validate()?;
+    Ok(options)
+}
+
+/// Everything that decided the pictures, for the stats file.
+pub(crate) fn record(
+    args: &TexmapArgs,
+    request: &Request,
+    options: &RenderOptions,
+    format: Format,
+    stance: Stance,
+) -> Value {
+    let camera = match &args.model.camera_name {
+        Some(name) => json!({ "name": name }),
+        None => plan::camera_record(request, stance),
+    };
+    json!({
+        "model": { "file": report::name(&args.input.path), "scene": args.input.part,
+            "texture": args.model.texture.as_deref().map(report::name),
+            "environment": args.model.environment.as_deref().map(report::name),
+            "pose_time_s": args.model.pose_time, "animation": args.model.animation, "play": args.model.play,
+            "textures": args.model.textures },
+        "camera": camera,
+        "render": options,
+        "picture": plan::picture_record(request, format),
+    })
 }

@@ -16,16 +16,16 @@ use volsplat::{
 };
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
-use crate::cameras::{framing, picked_point};
+use crate::cameras::{framing, viewpoint};
 use crate::look;
 use crate::look::channel_look::Values;
-use crate::look::suggested::Suggested;
+use crate::look::transfer::Suggested;
 use crate::look::{Look, LookSource, transfer};
 use crate::open::volume::file::load_options;
 use crate::open::volume::scene;
 use crate::open::volume::scene::Volumes;
 use crate::output;
-use crate::process::progress::{Progress, watch};
+use crate::process::report::{Progress, watch};
 
 /// The content to draw.
 pub(crate) struct Content {
@@ -126,8 +126,8 @@ impl Content {
         };
         let lattice = volumes.first().lattice();
         let [low, high] = framing::volume::grid_bounds(volumes.first());
-        let near = picked_point::world_at(pixel, pixel.near);
-        let direction = (picked_point::world_at(pixel, 2.0 * pixel.near) - near).normalize();
+        let near = viewpoint::world_at(pixel, pixel.near);
+        let direction = (viewpoint::world_at(pixel, 2.0 * pixel.near) - near).normalize();
         let middle = (0.5 * (low + high) - near).dot(direction);
         let reach = 0.5 * (high - low).length();
         // Half a voxel a step: no voxel along the ray is missed by more than its corner.

@@ -12,9 +12,9 @@ use volsplat::{Clip, ClipPlane, ColourEncoding, Described, Renderer, Reuse, Tran
 
 use crate::args::VolsplatArgs;
 use crate::cameras::camera_path::{Between, CameraPath, KeyLook, Moment, Track, VolumeKey};
-use crate::look::clip;
+use crate::look::options;
 use crate::open::volume::data::{Content, Keeping};
-use crate::process::progress::Progress;
+use crate::process::report::Progress;
 
 /// A volume's transfer function and clip over the pictures of a path.
 pub(crate) struct VolumeMotion {
@@ -58,7 +58,7 @@ impl VolumeMotion {
             crop: Track::new(times_s, &keys, |key| Ok(key.crop))?,
             crop_voxels: Track::new(times_s, &keys, |key| Ok(key.crop_voxels))?,
             planes: Track::new(times_s, &keys, |key| Ok(key.clip_planes.clone()))?,
-            still: clip::clip(&args.render.options.clip),
+            still: options::clip(&args.render.options.clip),
             shown: None,
         };
         motion.check_planes()?;

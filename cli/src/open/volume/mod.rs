@@ -8,9 +8,7 @@ pub(crate) mod file;
 pub(crate) mod key_motion;
 pub(crate) mod scene;
 mod record;
-
-mod cameras;
-mod said;
+mod open_scene;
 
 use std::path::Path;
 use std::time::Instant;
@@ -26,19 +24,17 @@ use volsplat::{
 use crate::args::{Given, RenderArgs, VolsplatArgs};
 use crate::cameras::camera_path::KeyKind;
 use crate::cameras::framing;
-use crate::cameras::framing::Extent;
+use crate::cameras::framing::volume::{Small, corners};
+use crate::cameras::framing::{Extent, Measure, seen_points};
 use crate::look;
-use crate::look::suggested::Suggested;
-use crate::look::{blend, transfer};
+use crate::look::transfer::Suggested;
+use crate::look::{options, transfer};
 use crate::open::volume::data::{Content, Keeping};
 use crate::open::volume::key_motion::VolumeMotion;
 use crate::picture::Drawn;
 use crate::plan::{Plan, Purpose, Request};
-use crate::process::progress::{Progress, watch};
 use crate::process::report;
-use crate::process::report::{Account, Cost, RunStats, Verbosity};
-
-mod open_scene;
+use crate::process::report::{Account, Cost, Progress, RunStats, Verbosity, watch};
 
 /// A volume that is read, ready to be drawn.
 pub(crate) struct OpenVolume {
@@ -61,7 +57,7 @@ impl OpenVolume {
     pub(crate) fn read(args: VolsplatArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
         let plan = Plan::new(&request(&args))?;
         let typed = look::typed_options(&args, plan.finish.format)?;
-        blend::layers(&args.render.options.blend, plan.finish.format)?;
+        options::layers(&args.render.options.blend, plan.finish.format)?;
         let mut open = loaded(args, &typed, (plan, purpose), verbosity.progress())?;
         open.cameras = cameras(&mut open)?;
         if purpose != Purpose::Draw {
@@ -178,7 +174,7 @@ fn drawn(
     let frame = renderer.render_until(camera, stop, &mut watch("drawing", progress))?;
     let account = Account {
         keys: serde_json::to_value(&frame.stats)?,
-        line: said::stage_line(&frame.stats),
+        line: record::stage_line(&frame.stats),
         cost: cost(&frame.stats),
     };
     Ok(Drawn {
@@ -298,13 +294,31 @@ fn cameras(open: &mut OpenVolume) -> Result<Vec<Camera>> {
         ..
     } = open;
     if renderer.visible_bounds_in_world().is_none() {
-        let why = said::why_nothing(args, content.first());
+        let why = record::why_nothing(args, content.first());
         report::say(&format!("warning: nothing is visible: {why}"));
     }
     let stance =
         framing::volume::stance(content.first(), args.camera.up.map(|axis| axis.direction));
     let extent = Extent::of_box(bounds);
-    cameras::fitted(renderer, &content.look.options, bounds, &mut |measure| {
+    fitted(renderer, &content.look.options, bounds, &mut |measure| {
         plan.cameras(&request(args), (&extent, stance), measure)
     })
+}
+
+/// Makes the cameras, and fits them to the visible part. Small pictures find that part where they are quick. Elsewhere the box of the
+/// visible voxels stands for it: a volume in its file would be read once more for each look, and samples of the other orders take long.
+pub(crate) fn fitted(
+    renderer: &mut Renderer,
+    options: &RenderOptions,
+    bounds: [DVec3; 2],
+    cameras: &mut dyn FnMut(&mut Measure) -> Result<Vec<Camera>>,
+) -> Result<Vec<Camera>> {
+    if options.field().is_none() || renderer.reads_file() {
+        let corners = corners(bounds);
+        return cameras(&mut |camera| Ok(seen_points(camera, corners.iter().copied())));
+    }
+    let small = Small::new(options);
+    let cameras = cameras(&mut |camera| small.seen(renderer, camera))?;
+    let _same = renderer.update(options)?;
+    Ok(cameras)
 }

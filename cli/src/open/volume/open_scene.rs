@@ -6,20 +6,19 @@ use resample_core::{Camera, Stop};
 use serde_json::Value;
 use volsplat::Layer;
 
-use super::{OpenVolume, cameras, drawn, motion, request};
 use crate::args::Drawing;
-use crate::cameras::picked_point;
-use crate::look::blend;
+use crate::cameras::viewpoint;
+use crate::look::options;
 use crate::open::open_scene::{OpenScene, Parts, Probed};
 use crate::open::setting::Setting;
+use crate::open::volume::{OpenVolume, drawn, motion, request};
 use crate::picture;
 use crate::picture::background::Background;
 use crate::picture::bands::Window;
 use crate::picture::{Drawn, Shot};
 use crate::plan::{Change, Plan, Run, RunLog};
-use crate::process::progress::Progress;
 use crate::process::report;
-use crate::process::report::{RunStats, Verbosity};
+use crate::process::report::{Progress, RunStats, Verbosity};
 
 impl OpenScene for OpenVolume {
     fn cameras(&self) -> &[Camera] {
@@ -78,7 +77,7 @@ impl OpenScene for OpenVolume {
             Change::View => self.args = args,
         }
         self.motion = motion(&self.args, &self.plan, &mut self.content)?;
-        self.cameras = cameras(self)?;
+        self.cameras = super::cameras(self)?;
         Ok(true)
     }
 
@@ -98,7 +97,7 @@ impl OpenScene for OpenVolume {
     }
 
     fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
-        let layers = blend::layers(&self.args.render.options.blend, self.plan.finish.format)?;
+        let layers = options::layers(&self.args.render.options.blend, self.plan.finish.format)?;
         picture::in_window(camera, window, &mut |camera| {
             let mut drawn = self.draw(camera)?;
             drawn
@@ -114,7 +113,7 @@ impl OpenScene for OpenVolume {
             Ok(planes) => {
                 let depth = planes.first().and_then(|plane| plane.values.first());
                 let depth = depth.filter(|depth| depth.is_finite());
-                depth.map(|&depth| picked_point::world_at(pixel, f64::from(depth)))
+                depth.map(|&depth| viewpoint::world_at(pixel, f64::from(depth)))
             }
             // Labels, channels and other blends have no such plane.
             Err(_) => self.content.first_voxel(pixel),
@@ -134,7 +133,7 @@ impl OpenScene for OpenVolume {
             bail!("--tile requires the field renderer; use --frames instead");
         }
         let request = request(&open.args);
-        let layers = blend::layers(&open.args.render.options.blend, open.plan.finish.format)?;
+        let layers = options::layers(&open.args.render.options.blend, open.plan.finish.format)?;
         open.content.show_transfer(&open.args.transfer)?;
         let stats = RunStats {
             planned,

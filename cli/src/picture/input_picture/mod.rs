@@ -4,19 +4,19 @@
 //! [`Image`] after another, so that an animation never lies in memory as a whole. The content decides the format.
 //! Limits: colour and alpha only, except tiles of a picture (`planes`); 8 bits in an animated PNG; no video.
 
-mod planes;
-
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use exr::prelude::{MetaData, read_first_rgba_layer_from_file};
+use exr::prelude::{
+    FlatSamples, MetaData, read_first_flat_layer_from_file, read_first_rgba_layer_from_file,
+};
 use image::codecs::jpeg::JpegDecoder;
 use image::codecs::png::PngDecoder;
 use image::{AnimationDecoder, DynamicImage, Frames, ImageDecoder, Limits};
 use resample_core::Image;
-use resample_core::image::linear_from_srgb;
+use resample_core::image::{Plane, linear_from_srgb};
 use resample_io::files::first_bytes;
 use resample_io::{Gate, files};
 
@@ -29,8 +29,6 @@ const MAX_CHUNK_BYTES: u64 = 64 << 20;
 
 /// Bytes that a pixel takes while it is read: as it is stored, in floating point, and as it is given.
 const PIXEL_BYTES: u64 = 8 + 16 + 16;
-
-pub(crate) use planes::read_planes;
 
 /// The pictures of a file or of a numbered row of files, in order.
 pub(crate) struct Pictures {
@@ -304,10 +302,39 @@ fn linear(picture: &DynamicImage) -> Image {
     }
 }
 
+/// The picture in full precision.
+pub(crate) fn read_planes(path: &Path) -> Result<Image> {
+    check_exr(path)?;
+    let layer = read_first_flat_layer_from_file(path)
+        .map_err(|error| anyhow!("{}: {error}", broken(path)))?
+        .layer_data;
+    let mut image = Image::transparent(layer.size.width(), layer.size.height());
+    for channel in layer.channel_data.list {
+        let FlatSamples::F32(values) = channel.sample_data else {
+            bail!("{}: expected floating point of 32 bits", broken(path));
+        };
+        if values.len() != image.rgba.len() {
+            bail!("{}: its channels have unlike sizes", broken(path));
+        }
+        let name = channel.name.to_string();
+        match ["R", "G", "B", "A"].iter().position(|known| *known == name) {
+            Some(index) => {
+                for (pixel, value) in image.rgba.iter_mut().zip(values) {
+                    pixel[index] = value;
+                }
+            }
+            None if name == "Z" => image.depth = Some(values),
+            None => image.planes.push(Plane { name, values }),
+        }
+    }
+    Ok(image)
+}
+
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::output::{self, Depth, Format};
+
+    use super::*;
 
     fn picture() -> Image {
         let mut image = Image::transparent(3, 2);

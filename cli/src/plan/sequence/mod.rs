@@ -6,28 +6,30 @@
 //! A picture is kept if it can be read, has the format and the size that this run would give it, and carries the
 //! fingerprint of its settings, its camera and the files that it reads.
 
-mod fingerprint;
-mod part;
-
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io;
+use std::io::{Read, Seek, SeekFrom};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 use resample_core::Camera;
+use resample_core::simd::SimdLevel;
+use resample_io::files;
+use serde_json::Value;
 
 use crate::output::{Film, FilmPlan, Format, FrameNames};
-use crate::picture;
-use crate::picture::bands::{Next, Window};
+use crate::picture::bands::{Kind, Next, PartMark, Window};
 use crate::picture::input_picture::{Content, Known};
-use crate::picture::tiles::Kind;
-use crate::picture::{Drawn, Finish, RenderShot, Shot, input_picture};
+use crate::picture::{Drawn, Finish, RenderShot, Shot, bands, input_picture};
+use crate::plan::Request;
 use crate::plan::run_log::RunLog;
 use crate::process::interrupt::Interrupted;
-use crate::process::report::{Verbosity, WrittenFrame};
+use crate::process::report::{RunStats, Verbosity, WrittenFrame};
 use crate::process::{interrupt, report};
-
-pub(crate) use fingerprint::Fingerprint;
-pub(crate) use part::Part;
+use crate::values::TileWord;
+use crate::{output, picture};
 
 /// Returns true if the next picture is drawn: nobody has pressed Ctrl-C, and whoever follows the run wants it.
 fn goes_on(log: &RunLog, done: usize, total: usize) -> bool {
@@ -124,7 +126,7 @@ pub(crate) fn draw(render: &mut RenderShot, sequence: &Sequence, log: &RunLog) -
         let drawn = picture::render(render, &shot, &sequence.finish.background)?;
         let mark = sequence.mark_in_file(camera, number)?;
         let frame = match sequence.part.has_tile() {
-            true => part::write(drawn, file, &shot, mark.as_deref())?,
+            true => write(drawn, file, &shot, mark.as_deref())?,
             false => picture::write(drawn, file, sequence.finish.format, mark.as_deref())?,
         };
         if verbosity == Verbosity::Verbose {
@@ -265,4 +267,133 @@ fn ending(done: usize, total: usize) -> Result<()> {
     }
     let state = format!("{done} of {total} pictures are finished; --resume draws the rest");
     Err(Interrupted { state }.into())
+}
+
+/// Bytes of a sample, a page of most systems.
+const SAMPLE_BYTES: u64 = 4096;
+
+/// Samples of a file, evenly spread: half a megabyte, under a millisecond where the file has just been read. A guess.
+const SAMPLES: u64 = 128;
+
+/// The common part of all pictures of a run.
+#[derive(Clone, Debug)]
+pub(crate) struct Fingerprint(DefaultHasher);
+
+impl Fingerprint {
+    /// The fingerprint of a run that draws with `stats.settings` and reads `files`.
+    pub(crate) fn new(stats: &RunStats, files: &[PathBuf]) -> Self {
+        let mut settings = stats.settings.clone();
+        if let Some(Value::Object(picture)) = settings.get_mut("picture") {
+            picture.remove("output");
+        }
+        let mut hasher = DefaultHasher::new();
+        stats.version.hash(&mut hasher);
+        settings.to_string().hash(&mut hasher);
+        for file in files {
+            // Standard input cannot be read twice; a file that is gone was read all the same.
+            let _ = sample(file, &mut hasher);
+        }
+        Self(hasher)
+    }
+
+    /// The digits of the picture that `camera` sees.
+    pub(crate) fn of_picture(&self, camera: &Camera) -> String {
+        let mut hasher = self.0.clone();
+        format!("{camera:?}").hash(&mut hasher);
+        format!("{:016x}", hasher.finish())
+    }
+}
+
+/// Adds the size of a file and samples of its bytes, all of them where it is small.
+fn sample(path: &Path, hasher: &mut DefaultHasher) -> io::Result<()> {
+    let (mut file, length) = files::open_regular(path)?;
+    let step = (length / SAMPLES).max(SAMPLE_BYTES);
+    length.hash(hasher);
+    let mut bytes = Vec::new();
+    for start in (0..length).step_by(usize::try_from(step).unwrap_or(usize::MAX)) {
+        bytes.clear();
+        file.seek(SeekFrom::Start(start))?;
+        file.by_ref().take(SAMPLE_BYTES).read_to_end(&mut bytes)?;
+        bytes.hash(hasher);
+    }
+    Ok(())
+}
+
+/// The part of the work of one process.
+#[derive(Clone, Debug)]
+pub(crate) struct Part {
+    /// The numbers of the pictures.
+    pub(crate) numbers: Range<usize>,
+    tile: Option<TileWord>,
+    vector_level: SimdLevel,
+}
+
+impl Part {
+    /// The part that was asked for, of so many pictures.
+    pub(crate) fn of(request: &Request, count: usize) -> Result<Self> {
+        let asked = request.sequence.part;
+        let numbers = match asked.frames {
+            None => 0..count,
+            Some(range) => match range.of(count) {
+                Some(numbers) => numbers,
+                None => bail!(
+                    "--frames: starts at {}, and there are {count} pictures, counted from 0",
+                    range.first
+                ),
+            },
+        };
+        Ok(Self {
+            numbers,
+            tile: asked.tile,
+            vector_level: request.vector_level,
+        })
+    }
+
+    /// Returns true if a tile of each picture is drawn.
+    pub(crate) fn has_tile(&self) -> bool {
+        self.tile.is_some()
+    }
+
+    /// The pixels that are drawn of a picture.
+    pub(crate) fn window(&self, camera: &Camera) -> Result<Window> {
+        let size = [camera.width, camera.height];
+        match self.tile {
+            Some(tile) => bands::window(&tile, size),
+            None => Ok(Window::whole(camera)),
+        }
+    }
+
+    /// The mark in the file of a tile; `None` where pictures are drawn whole.
+    pub(crate) fn mark(
+        &self,
+        (number, fingerprint): (Option<usize>, String),
+        camera: &Camera,
+        kind: Kind,
+    ) -> Option<PartMark> {
+        let TileWord { column, row, grid } = self.tile?;
+        Some(PartMark {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            vector_level: self.vector_level.resolve().name().to_owned(),
+            fingerprint,
+            number,
+            whole: [camera.width, camera.height],
+            place: [column, row],
+            grid: [grid.columns, grid.rows],
+            kind,
+        })
+    }
+}
+
+/// Writes the file of a tile.
+pub(crate) fn write(
+    drawn: Drawn,
+    file: PathBuf,
+    shot: &Shot,
+    mark: Option<&str>,
+) -> Result<WrittenFrame> {
+    let Drawn { image, account } = drawn;
+    let whole = [shot.camera.width as usize, shot.camera.height as usize];
+    let place = (shot.window.first(), whole);
+    let file_bytes = output::write_tile(&file, &image, place, mark.unwrap_or_default())?;
+    Ok(WrittenFrame::of(file, file_bytes, &image, account))
 }

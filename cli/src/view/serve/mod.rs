@@ -1,10 +1,8 @@
 //! The viewer's server: takes connections, hands over the messages of the page.
 //!
-//! `server` listens, `heads` limits connections whose request is still arriving, `http` checks a request, `page` is the answer, and
-//! `socket` carries messages.
+//! `server` listens, answers with the page and carries messages; `heads` limits connections whose request is still arriving, and `http` checks a
+//! request.
 
 pub(crate) mod server;
 pub(crate) mod heads;
 pub(crate) mod http;
-pub(crate) mod page;
-pub(crate) mod socket;

@@ -9,7 +9,7 @@ use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::Path;
 
 use crate::files::{cannot_read, check_claim, fault, open};
-use crate::plane::Stored;
+use crate::picture::Stored;
 use crate::receiver::Receiver;
 use resample_core::Error;
 

@@ -9,7 +9,7 @@ use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
 use crate::files::{fault, open};
-use crate::rows::{Row, Rows};
+use crate::picture::{Row, Rows};
 use resample_core::Error;
 
 /// Most bytes of a line of the header. A guess.

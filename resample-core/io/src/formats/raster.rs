@@ -1,25 +1,23 @@
 //! PNG, JPEG, TIFF, PNM and the other formats that hold a plain picture.
 //!
 //! Takes a path, gives a linear picture, or the numbers of a grey one, row by row. The size in the header is held
-//! against the length of the file before the pixels are decoded. PNG and Radiance are decoded row by row (`png.rs`, `radiance.rs`); the others, and
-//! interlaced PNG, are held whole as they are stored. The decoding itself is the crates' `image` and `png`.
+//! against the length of the file before the pixels are decoded. PNG and Radiance (`radiance`) are decoded row by row; the others, and
+//! interlaced PNG, are held whole as they are stored. A JPEG is checked to be complete, because decoders draw missing parts in grey. The
+//! decoding itself is the crates' `image` and `png`.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
+use ::png::{BitDepth, ColorType, Decoder, DecodingError, Transformations};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use resample_core::Error;
 use resample_core::image::linear_from_srgb;
 
-use super::jpeg;
-use super::png;
-use super::radiance;
-use crate::files::{MAX_PIXELS, cannot_read, check_claim, fault, open};
-use crate::picture::Storage;
-use crate::plane::Stored;
+use crate::files::{MAX_PIXELS, cannot_read, check_claim, fault, first_bytes, open};
+use crate::formats::radiance;
+use crate::picture::{Row, Rows, Storage, Stored};
 use crate::receiver::{Receiver, Room};
-use crate::rows::{Row, Rows};
-use resample_core::Error;
 
 /// Returns true if the file has alpha.
 pub(crate) fn decode_colour(path: &Path, room: Room, to: &mut dyn Receiver) -> Result<bool, Error> {
@@ -61,7 +59,7 @@ pub(crate) fn storage(path: &Path) -> Result<Storage, Error> {
     let (format, decoder) = checked_decoder(path)?;
     let colour = decoder.color_type();
     let is_by_rows = match format {
-        ImageFormat::Png => !png::is_interlaced(path)?,
+        ImageFormat::Png => !is_interlaced(path)?,
         ImageFormat::Hdr => radiance::is_by_rows(path)?,
         _ => false,
     };
@@ -214,7 +212,7 @@ impl GreyRows<'_> {
 fn decode(path: &Path, room: Room, rows: &mut dyn Rows) -> Result<(), Error> {
     let (format, decoder) = checked_decoder(path)?;
     let is_done = match format {
-        ImageFormat::Png => png::decode(path, rows)?,
+        ImageFormat::Png => decode_png(path, rows)?,
         ImageFormat::Hdr => radiance::decode(path, rows)?,
         _ => false,
     };
@@ -275,7 +273,7 @@ fn checked_decoder(path: &Path) -> Result<(ImageFormat, impl ImageDecoder + use<
         let mut bytes = Vec::new();
         let read = file.by_ref().take(length).read_to_end(&mut bytes);
         read.map_err(|source| cannot_read(path, &source))?;
-        jpeg::check_whole(&bytes).map_err(|what| fault(path, what))?;
+        check_whole_jpeg(&bytes).map_err(|what| fault(path, what))?;
         file.rewind().map_err(|source| cannot_read(path, &source))?;
     }
     let mut reader = ImageReader::with_format(file, format);
@@ -311,5 +309,128 @@ fn most_pixels_per_byte(format: ImageFormat) -> u64 {
         ImageFormat::Pnm | ImageFormat::Tga => 128 * 8,
         // As TIFF's LZW: 2559 bytes for one, each of up to eight pixels of one bit.
         _ => 2560 * 8,
+    }
+}
+
+/// Returns true if the file is interlaced: the last byte of its header, which begins at byte 16 and has 13.
+pub(crate) fn is_interlaced(path: &Path) -> Result<bool, Error> {
+    Ok(first_bytes(path, 29)?
+        .get(28)
+        .is_some_and(|&byte| byte != 0))
+}
+
+/// Gives the rows of a PNG from the top; false, without a row, if the file is interlaced.
+fn decode_png(path: &Path, rows: &mut dyn Rows) -> Result<bool, Error> {
+    let wrong = |error: DecodingError| fault(path, format!("not a usable picture: {error}"));
+    let (file, _) = open(path)?;
+    // The crate's own limit, 64 MiB, holds what it unpacks beside the pixels.
+    let mut decoder = Decoder::new(BufReader::new(file));
+    decoder.set_transformations(Transformations::EXPAND);
+    // Neither is used, and a small one may unpack to gigabytes.
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    let mut reader = decoder.read_info().map_err(wrong)?;
+    if reader.info().interlaced {
+        return Ok(false);
+    }
+    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    let (colour, depth) = reader.output_color_type();
+    let channels = match colour {
+        ColorType::Grayscale => 1,
+        ColorType::GrayscaleAlpha => 2,
+        ColorType::Rgb => 3,
+        ColorType::Rgba => 4,
+        ColorType::Indexed => {
+            return Err(fault(
+                path,
+                "not a usable picture: a palette that was not expanded",
+            ));
+        }
+    };
+    rows.begin([width, height], channels)?;
+    let mut words = Vec::new();
+    for y in 0..height {
+        let row = reader.next_row().map_err(wrong)?;
+        let row = row.ok_or_else(|| {
+            fault(
+                path,
+                format!("not a usable picture: row {y} of {height} is missing"),
+            )
+        })?;
+        if depth == BitDepth::Sixteen {
+            words.clear();
+            words.extend(
+                row.data()
+                    .chunks_exact(2)
+                    .map(|two| u16::from_be_bytes([two[0], two[1]])),
+            );
+            rows.row(y, &Row::Words(&words))?;
+        } else {
+            rows.row(y, &Row::Bytes(row.data()))?;
+        }
+    }
+    Ok(true)
+}
+
+/// Marks of the beginning of data and of the image's end; each follows a byte of ones.
+const DATA: u8 = 0xda;
+const END: u8 = 0xd9;
+
+/// Refuses a JPEG whose data breaks off. What is not even begun is left to the decoder.
+pub(crate) fn check_whole_jpeg(bytes: &[u8]) -> Result<(), String> {
+    let Some(data) = data_of(bytes) else {
+        return Ok(());
+    };
+    match data.windows(2).any(|pair| pair == [0xff, END]) {
+        true => Ok(()),
+        false => Err("the JPEG breaks off: its end is missing".into()),
+    }
+}
+
+/// The bytes between the last segment and the first data.
+fn data_of(bytes: &[u8]) -> Option<&[u8]> {
+    let mut rest = bytes.strip_prefix(b"\xff\xd8")?;
+    loop {
+        let [0xff, kind, after @ ..] = rest else {
+            return None;
+        };
+        match kind {
+            // Filling before a mark.
+            0xff => rest = &rest[1..],
+            &DATA => return Some(after),
+            _ => {
+                let length = u16::from_be_bytes([*after.first()?, *after.get(1)?]);
+                rest = after.get(usize::from(length)..)?;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn jpegs_that_break_off_are_refused() {
+        let noise = |k: u32| (k.wrapping_mul(0x9e37_79b1) >> 24) as u8;
+        let picture = image::RgbImage::from_fn(64, 48, |x, y| {
+            image::Rgb([noise(x), noise(y), noise(x + y)])
+        });
+        let mut file = std::io::Cursor::new(Vec::new());
+        let written = picture.write_to(&mut file, ImageFormat::Jpeg);
+        written.expect("memory");
+        let whole = file.into_inner();
+        assert_eq!(check_whole_jpeg(&whole), Ok(()));
+        let followed = [whole.as_slice(), b"more"].concat();
+        assert_eq!(check_whole_jpeg(&followed), Ok(()), "bytes after the end");
+        for length in [whole.len() - 1, whole.len() - 40, whole.len() / 2] {
+            let gate = crate::Gate::default();
+            let decoded = crate::whole_picture::decode(&whole[..length], None, &gate);
+            assert!(
+                decoded.is_err_and(|what| what.contains("breaks off")),
+                "{length} of {} bytes",
+                whole.len()
+            );
+        }
     }
 }

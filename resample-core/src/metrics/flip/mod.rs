@@ -11,19 +11,21 @@
 //!
 //! Limits: linear input is clamped to 0..=1 (no HDR-FLIP). Weighted percentiles are exact, not read off a histogram.
 
-mod colour;
-mod features;
 #[cfg(test)]
 mod tests;
 
-use super::convolve::{Border, along_both, normalised, sampled_taps};
-pub use super::inputs::MAX_PIXELS_PER_DEGREE;
-use super::inputs::{MetricsError, ScalarMap, check_pair};
-use crate::Image;
-use colour::{ColourSpace, hyab_distance};
-use glam::DVec3;
-use rayon::prelude::*;
 use std::f64::consts::PI;
+
+use glam::{DMat3, DVec2, DVec3};
+use rayon::prelude::*;
+
+use crate::Image;
+use crate::metrics::convolve::{
+    Border, along_both, along_columns, along_rows, normalised, sampled_taps,
+};
+use crate::metrics::inputs::{MetricsError, ScalarMap, check_pair};
+
+pub use crate::metrics::inputs::MAX_PIXELS_PER_DEGREE;
 
 /// The paper's viewing condition: a screen 0.7 m wide with 3840 pixels across, seen from 0.7 m, hence
 /// `0.7 * 3840 / 0.7 * pi / 180` pixels in the central degree.
@@ -110,8 +112,7 @@ pub fn map(
     let space = ColourSpace::srgb();
     let image = Opponent::new(image, &space);
     let reference = Opponent::new(reference, &space);
-    let feature_error =
-        features::difference(&image.luminance, &reference.luminance, pixels_per_degree);
+    let feature_error = difference(&image.luminance, &reference.luminance, pixels_per_degree);
     let image = image.seen_lab(&space, pixels_per_degree);
     let reference = reference.seen_lab(&space, pixels_per_degree);
     let largest = largest_distance(&space);
@@ -222,4 +223,178 @@ fn weighted_quantile(ascending: &[f64], target: f64) -> f64 {
         sum >= target
     });
     reached.or(ascending.last()).copied().unwrap_or(0.0)
+}
+
+/// CIE xy chromaticities of the sRGB primaries red, green, blue.
+const PRIMARIES_XY: [DVec2; 3] = [
+    DVec2::new(0.64, 0.33),
+    DVec2::new(0.30, 0.60),
+    DVec2::new(0.15, 0.06),
+];
+/// Chromaticity of the white point D65 as sRGB rounds it.
+const WHITE_XY: DVec2 = DVec2::new(0.3127, 0.3290);
+
+/// Conversions that share one pair of matrices.
+struct ColourSpace {
+    xyz_from_rgb: DMat3,
+    rgb_from_xyz: DMat3,
+    white_xyz: DVec3,
+}
+
+impl ColourSpace {
+    /// The space of a standard screen: columns are the primaries, scaled so that RGB (1, 1, 1) is white of Y = 1.
+    fn srgb() -> Self {
+        let white_xyz = xyz_of_unit_luminance(WHITE_XY);
+        let [red, green, blue] = PRIMARIES_XY.map(xyz_of_unit_luminance);
+        let primaries = DMat3::from_cols(red, green, blue);
+        let xyz_from_rgb = primaries * DMat3::from_diagonal(primaries.inverse() * white_xyz);
+        Self {
+            xyz_from_rgb,
+            rgb_from_xyz: xyz_from_rgb.inverse(),
+            white_xyz,
+        }
+    }
+
+    /// YCxCz of linear RGB. White is (100, 0, 0).
+    fn opponent_from_rgb(&self, rgb: DVec3) -> DVec3 {
+        let relative = self.xyz_from_rgb * rgb / self.white_xyz;
+        DVec3::new(
+            116.0 * relative.y - 16.0,
+            500.0 * (relative.x - relative.y),
+            200.0 * (relative.y - relative.z),
+        )
+    }
+
+    /// The inverse of [`Self::opponent_from_rgb`]; may leave 0..=1.
+    fn rgb_from_opponent(&self, opponent: DVec3) -> DVec3 {
+        let y = (opponent.x + 16.0) / 116.0;
+        let relative = DVec3::new(y + opponent.y / 500.0, y, y - opponent.z / 200.0);
+        self.rgb_from_xyz * (relative * self.white_xyz)
+    }
+
+    /// CIELAB of linear RGB, with a and b scaled by L / 100: dark colours look less colourful (the Hunt effect).
+    fn hunt_lab_from_rgb(&self, rgb: DVec3) -> DVec3 {
+        let relative = self.xyz_from_rgb * rgb / self.white_xyz;
+        let response = DVec3::new(
+            lightness_response(relative.x),
+            lightness_response(relative.y),
+            lightness_response(relative.z),
+        );
+        let lightness = 116.0 * response.y - 16.0;
+        let a = 500.0 * (response.x - response.y);
+        let b = 200.0 * (response.y - response.z);
+        DVec3::new(lightness, 0.01 * lightness * a, 0.01 * lightness * b)
+    }
+}
+
+/// Lightness difference plus the Euclidean distance of the two chromatic parts (HyAB).
+fn hyab_distance(a: DVec3, b: DVec3) -> f64 {
+    let difference = a - b;
+    difference.x.abs() + difference.y.hypot(difference.z)
+}
+
+/// The curve of CIELAB: a cube root, continued as its tangent below (6/29)^3.
+fn lightness_response(relative: f64) -> f64 {
+    const JOIN: f64 = 6.0 / 29.0;
+    if relative > JOIN * JOIN * JOIN {
+        relative.cbrt()
+    } else {
+        relative / (3.0 * JOIN * JOIN) + 4.0 / 29.0
+    }
+}
+
+/// XYZ of a chromaticity at Y = 1.
+fn xyz_of_unit_luminance(xy: DVec2) -> DVec3 {
+    DVec3::new(xy.x / xy.y, 1.0, (1.0 - xy.x - xy.y) / xy.y)
+}
+
+/// Width of the feature detector in degrees of the visual field.
+const FEATURE_WIDTH_DEG: f64 = 0.082;
+/// Exponent of the feature difference.
+const FEATURE_EXPONENT: f64 = 0.5;
+
+/// The feature difference of two luminance maps (the Y of YCxCz, -16..=100).
+fn difference(image: &ScalarMap, reference: &ScalarMap, pixels_per_degree: f64) -> ScalarMap {
+    let kernels = Kernels::new(pixels_per_degree);
+    let image_features = kernels.detect(image);
+    let reference_features = kernels.detect(reference);
+    let values = (image_features.par_iter().zip(&reference_features))
+        .map(|(a, b)| {
+            let edge = (a.edge - b.edge).abs();
+            let point = (a.point - b.point).abs();
+            // Lengths go up to the square root of 2, where both axes see a full step.
+            (edge.max(point) * std::f64::consts::FRAC_1_SQRT_2).powf(FEATURE_EXPONENT)
+        })
+        .collect();
+    ScalarMap {
+        width: image.width,
+        height: image.height,
+        values,
+    }
+}
+
+/// Strength of the features at one pixel.
+struct Feature {
+    edge: f64,
+    point: f64,
+}
+
+/// A Gaussian and its first two derivatives as taps.
+struct Kernels {
+    smooth: Vec<f64>,
+    first: Vec<f64>,
+    second: Vec<f64>,
+}
+
+impl Kernels {
+    fn new(pixels_per_degree: f64) -> Self {
+        // The detector's width is the distance of the derivative's two extrema, which lie one deviation to each side.
+        let sigma_px = 0.5 * FEATURE_WIDTH_DEG * pixels_per_degree;
+        let radius = (3.0 * sigma_px).ceil() as usize;
+        let gaussian = |x: f64| (-0.5 * (x / sigma_px).powi(2)).exp();
+        Self {
+            smooth: normalised(sampled_taps(radius, gaussian)),
+            first: balanced(sampled_taps(radius, |x| -x * gaussian(x))),
+            second: balanced(sampled_taps(radius, |x| {
+                ((x / sigma_px).powi(2) - 1.0) * gaussian(x)
+            })),
+        }
+    }
+
+    fn detect(&self, luminance: &ScalarMap) -> Vec<Feature> {
+        let values = luminance
+            .values
+            .iter()
+            .map(|y| (y + 16.0) / 116.0)
+            .collect();
+        let relative = ScalarMap {
+            values,
+            ..*luminance
+        };
+        let rows = |taps: &[f64]| along_rows(&relative, taps, Border::Replicate);
+        let columns =
+            |map: &ScalarMap, taps: &[f64]| along_columns(map, taps, Border::Replicate).values;
+        let smooth_in_x = rows(&self.smooth);
+        let edge_x = columns(&rows(&self.first), &self.smooth);
+        let edge_y = columns(&smooth_in_x, &self.first);
+        let point_x = columns(&rows(&self.second), &self.smooth);
+        let point_y = columns(&smooth_in_x, &self.second);
+        (0..edge_x.len())
+            .into_par_iter()
+            .map(|i| Feature {
+                edge: edge_x[i].hypot(edge_y[i]),
+                point: point_x[i].hypot(point_y[i]),
+            })
+            .collect()
+    }
+}
+
+/// The taps with the positive ones scaled to sum 1 and the negative ones to sum -1.
+fn balanced(mut taps: Vec<f64>) -> Vec<f64> {
+    let positive: f64 = taps.iter().filter(|&&tap| tap > 0.0).sum();
+    let negative: f64 = -taps.iter().filter(|&&tap| tap < 0.0).sum::<f64>();
+    for tap in &mut taps {
+        *tap /= if *tap > 0.0 { positive } else { negative };
+    }
+    taps
 }

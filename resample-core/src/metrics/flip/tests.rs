@@ -178,3 +178,79 @@ fn the_viewing_condition_is_checked() {
         "the default screen has {default} pixels per degree"
     );
 }
+
+#[test]
+fn the_matrix_is_that_of_srgb() {
+    // IEC 61966-2-1 prints the matrix to four decimals.
+    let expected = DMat3::from_cols_array(&[
+        0.4124, 0.2126, 0.0193, 0.3576, 0.7152, 0.1192, 0.1805, 0.0722, 0.9505,
+    ]);
+    let found = ColourSpace::srgb().xyz_from_rgb;
+    assert!(found.abs_diff_eq(expected, 1e-4), "sRGB to XYZ is {found}");
+}
+
+#[test]
+fn white_black_and_round_trip() {
+    let space = ColourSpace::srgb();
+    let white = DVec3::new(100.0, 0.0, 0.0);
+    assert!(
+        space
+            .opponent_from_rgb(DVec3::ONE)
+            .abs_diff_eq(white, 1e-10),
+        "YCxCz of white"
+    );
+    assert!(
+        space
+            .hunt_lab_from_rgb(DVec3::ONE)
+            .abs_diff_eq(white, 1e-10),
+        "CIELAB of white"
+    );
+    assert!(
+        space
+            .hunt_lab_from_rgb(DVec3::ZERO)
+            .abs_diff_eq(DVec3::ZERO, 1e-10),
+        "CIELAB of black"
+    );
+    let colour = DVec3::new(0.1, 0.7, 0.4);
+    let back = space.rgb_from_opponent(space.opponent_from_rgb(colour));
+    assert!(
+        back.abs_diff_eq(colour, 1e-12),
+        "{colour} came back as {back}"
+    );
+}
+
+#[test]
+fn balanced_taps_sum_to_one_on_each_side() {
+    let kernels = Kernels::new(DEFAULT_PIXELS_PER_DEGREE);
+    for taps in [&kernels.first, &kernels.second] {
+        let positive: f64 = taps.iter().filter(|&&tap| tap > 0.0).sum();
+        let total: f64 = taps.iter().sum();
+        assert!(
+            (positive - 1.0).abs() < 1e-12 && total.abs() < 1e-12,
+            "sums {positive} and {total}"
+        );
+    }
+}
+
+#[test]
+fn a_full_step_against_nothing_has_the_closed_form() {
+    // Between the two columns at the step the derivative sees nearly all of the step: the taps on one side sum
+    // to 1. The pixel right of the step misses none of the positive taps, as the centre tap is 0.
+    let step = ScalarMap {
+        width: 64,
+        height: 8,
+        values: (0..512)
+            .map(|at| if at % 64 < 32 { -16.0 } else { 100.0 })
+            .collect(),
+    };
+    let flat = ScalarMap {
+        values: vec![-16.0; 512],
+        ..step
+    };
+    let found = difference(&step, &flat, DEFAULT_PIXELS_PER_DEGREE).values[4 * 64 + 32];
+    let expected = std::f64::consts::FRAC_1_SQRT_2.sqrt();
+    assert!(
+        (found - expected).abs() < 1e-12,
+        "feature difference {found}, expected {expected}"
+    );
+}

@@ -9,8 +9,6 @@
 //! camera.
 
 mod blocks;
-mod dwa;
-mod header;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -19,10 +17,10 @@ use ::exr::meta::attribute::SampleType;
 use ::exr::meta::header::Header;
 
 use crate::files::fault;
-use crate::plane::Stored;
+pub use crate::formats::exr::blocks::check_all;
+use crate::formats::exr::blocks::{At, headers};
+use crate::picture::Stored;
 use crate::receiver::{Receiver, Room};
-pub use dwa::check_all;
-use header::{At, headers};
 use resample_core::Error;
 
 /// First four bytes of every EXR file.
