@@ -1,4 +1,4 @@
-//! A request to stop drawing a frame, shared by the thread that draws and by those that know that nobody waits for it.
+//! Requests to a renderer at work: to stop drawing a frame, and to reuse its preparation for new options.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -29,4 +29,14 @@ impl Stop {
     pub fn is_asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
+}
+
+/// The result of an update: the preparation serves the new options, or not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use]
+pub enum Reuse {
+    /// The preparation was kept; the frames that follow have the new options.
+    Kept,
+    /// Nothing has changed: the preparation does not hold all that the new options need. Make a new renderer.
+    NeedsRenderer,
 }

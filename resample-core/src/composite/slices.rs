@@ -9,12 +9,11 @@ use crate::dispatch;
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 
-use super::points::pixel;
-use super::splat::{RowLanes, composite_splat, opacity};
 use super::state::{
     DepthRule, ENTRIES_PER_CHECK, SliceSums, TileCounts, TilePixels, TileSettings, TileWork,
 };
 use crate::composite::maps::TilePlane;
+use crate::composite::{RowLanes, composite_splat, opacity, pixel};
 use crate::sort::{entry_index, entry_key};
 use crate::tile::{POINT_ROWS, Primitive, TILE_PX};
 
