@@ -98,11 +98,8 @@ fn options(
 }
 
 fn channel_look(args: &VolsplatArgs, channel: &Channel) -> Result<(ChannelLook, Suggested)> {
-    let word = |words: &[String], place: usize| {
-        let pair = words.chunks_exact(2).nth(place);
-        pair.map(|pair| pair[1].clone())
-            .context("the number of channels changed: read the volume again")
-    };
+    let fewer = || "the number of channels changed: read the volume again";
+    let channels = &args.scene.channels;
     let volume = channel.values.described();
     let of_word = |word: &str| {
         let look = channel_look::of_word(word, volume, args)?;
@@ -110,8 +107,14 @@ fn channel_look(args: &VolsplatArgs, channel: &Channel) -> Result<(ChannelLook, 
     };
     match channel.source {
         LookSource::Data => channel_look::of_data(args, channel.values),
-        LookSource::Channel(place) => of_word(&word(&args.scene.channel, *place)?),
-        LookSource::Also(place) => of_word(&word(&args.scene.also, *place)?),
+        LookSource::Channel(place) => {
+            let component = channels.components.get(*place).with_context(fewer)?;
+            of_word(&component.look)
+        }
+        LookSource::Also(place) => {
+            let volume = channels.also.get(*place).with_context(fewer)?;
+            of_word(&volume.look)
+        }
         LookSource::Word(word) => of_word(word),
         LookSource::ColourOpacity => {
             let (function, suggested) = channel_look::opacity(args, volume)?;

@@ -4,6 +4,7 @@
 //! options that say how it looks, and how it is placed, are still those of the command.
 
 use std::ffi::OsString;
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -38,6 +39,17 @@ impl InputFile {
                 path: text.into(),
                 part: None,
             },
+        }
+    }
+}
+
+impl fmt::Display for InputFile {
+    /// As it is typed.
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let path = self.path.display();
+        match &self.part {
+            Some(part) => write!(f, "{path}#{part}"),
+            None => write!(f, "{path}"),
         }
     }
 }

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use volsplat::transfer::{ColourMap, Histogram, Preset};
 use volsplat::{Blend, Described, Shading, TransferFunction};
 
-use crate::args::{Drawing, RayBlend, SceneArgs, TransferArgs, VolsplatArgs};
+use crate::args::{ComponentLook, Drawing, RayBlend, SceneArgs, TransferArgs, VolsplatArgs};
 use crate::look::transfer::Suggested;
 use crate::look::{channel_look, transfer};
 use crate::open::volume::OpenVolume;
@@ -27,7 +27,7 @@ pub(crate) fn volume(open: &OpenVolume) -> Value {
     let maps: Map<String, Value> = ColourMap::names()
         .filter_map(|name| Some((name.to_owned(), stops(name.parse().ok()?))))
         .collect();
-    let is_single = open.args().scene.channel.is_empty();
+    let is_single = open.args().scene.channels.components.is_empty();
     let histogram = volume.histogram();
     let presets: Vec<Value> = Preset::all()
         .filter(|preset| is_single && preset.mismatch(volume).is_none())
@@ -90,10 +90,10 @@ fn suggested(suggested: &Suggested) -> Value {
 
 /// The channels that were typed: number and look of each, and its colour where the look is one.
 fn channels(args: &SceneArgs) -> Vec<Value> {
-    let pairs = args.channel.chunks_exact(2);
-    let known = pairs.map(|pair| {
-        let colour = channel_look::colour(&pair[1]).map(|rgb| rgb.map(srgb_from_linear));
-        json!({ "number": pair[0], "look": pair[1], "colour": colour })
+    let components = args.channels.components.iter();
+    let known = components.map(|ComponentLook { number, look }| {
+        let colour = channel_look::colour(look).map(|rgb| rgb.map(srgb_from_linear));
+        json!({ "number": number.to_string(), "look": look, "colour": colour })
     });
     known.collect()
 }
@@ -120,7 +120,7 @@ fn bars(histogram: &Histogram, (low, high): (f64, f64)) -> Vec<u64> {
 /// The transfer function; null where labels or several channels have looks of their own.
 pub(crate) fn function(open: &OpenVolume) -> Value {
     let args = open.args();
-    if open.function().is_none() || !args.scene.channel.is_empty() {
+    if open.function().is_none() || !args.scene.channels.components.is_empty() {
         return Value::Null;
     }
     // The page scales opacities by an option of their own.

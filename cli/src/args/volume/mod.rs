@@ -1,7 +1,8 @@
 //! Arguments of volumes, one struct for each group of `--help`.
 //!
-//! `order` infers the order of compositing from options that only one order has.
+//! `channels` pairs the words of `--channel` and `--also`; `order` infers the order of compositing from options that only one order has.
 
+mod channels;
 pub(crate) mod order;
 
 use std::path::PathBuf;
@@ -16,6 +17,8 @@ use volsplat::{
     ClipPlane, Endian, FieldOptions, KernelSheets, Layer, RenderOptions, SampleOptions, Shading,
     Subpixels, VoxelType,
 };
+
+pub use crate::args::volume::channels::{ChannelArgs, ComponentLook, VolumeLook};
 
 use crate::args::short_help;
 use crate::values;
@@ -95,14 +98,9 @@ pub struct SceneArgs {
     /// Colours and opacities of labels: a label file of ITK-SNAP, CSV, or JSON; labels that it does not list are not drawn
     #[arg(long, alias = "label-colors", value_name = "FILE")]
     pub label_colours: Option<PathBuf>,
-    /// Draw component N of the file with LOOK: a transfer function (.json), a colour map, a colour such as green or
-    /// #ff8000, or labels; once for each component that is drawn
-    #[arg(long, num_args = 2, value_names = ["N", "LOOK"],
-        conflicts_with_all = ["labels", "transfer", "window", "preset", "colormap", "show_transfer"])]
-    pub channel: Vec<String>,
-    /// Also draw this volume (FILE or FILE#PART), on the same grid, with LOOK as in --channel; may be given several times
-    #[arg(long, num_args = 2, value_names = ["FILE", "LOOK"])]
-    pub also: Vec<String>,
+    /// Components of the file and further volumes, each with its look.
+    #[command(flatten)]
+    pub channels: ChannelArgs,
 }
 
 /// How values become colour and opacity.

@@ -279,5 +279,7 @@ pub(crate) fn look_through(
 }
 
 fn is_single(args: &SceneArgs) -> bool {
-    args.mask.is_none() && !args.labels && args.channel.is_empty() && args.also.is_empty()
+    let channels = &args.channels;
+    let has_channels = !channels.components.is_empty() || !channels.also.is_empty();
+    args.mask.is_none() && !args.labels && !has_channels
 }

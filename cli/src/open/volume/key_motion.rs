@@ -212,8 +212,8 @@ fn check_words(args: &VolsplatArgs, keys: &[&VolumeKey]) -> Result<()> {
         ("--colormap", transfer.colormap.is_some()),
         ("--show-transfer", transfer.show_transfer.is_some()),
         ("--labels", scene.labels),
-        ("--channel", !scene.channel.is_empty()),
-        ("--also", !scene.also.is_empty()),
+        ("--channel", !scene.channels.components.is_empty()),
+        ("--also", !scene.channels.also.is_empty()),
     ];
     let given = one_function.into_iter().find(|(_, given)| looks && *given);
     let clips = [

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use resample_io::Gate;
 use serde_json::{Value, json};
 use volsplat::input::ColourVoxels;
@@ -39,15 +39,15 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
     let options = load_options(&args.volume, &args.input, gate)?;
     let scene = &args.scene;
     let held = args.source.held();
-    if !scene.channel.is_empty() && held.is_some() {
+    if !scene.channels.components.is_empty() && held.is_some() {
         bail!("--channel names components of a file: give further arrays with --also");
     }
-    if !scene.channel.is_empty() && options.component.is_some() {
+    if !scene.channels.components.is_empty() && options.component.is_some() {
         bail!("--channel names components itself: leave component=N out of the part of the file");
     }
     let mut channels = main_channels(args, &options)?;
-    for (place, pair) in scene.also.chunks_exact(2).enumerate() {
-        let volume = beside(&InputFile::of((&pair[0]).into()), &options)?;
+    for (place, also) in scene.channels.also.iter().enumerate() {
+        let volume = beside(&also.file, &options)?;
         channels.push(ChannelVolume {
             volume: volume.into(),
             source: LookSource::Also(place),
@@ -75,7 +75,8 @@ fn main_channels(args: &VolsplatArgs, options: &LoadOptions) -> Result<Vec<Chann
     if let Some(voxels) = colours_of_file(args, options)? {
         return Ok(of_colours(voxels));
     }
-    if args.scene.channel.is_empty() {
+    let chosen = &args.scene.channels.components;
+    if chosen.is_empty() {
         let volume = match args.source.held() {
             Some(held) => held.volume.clone(),
             None => volsplat::load(&args.input.path, options)?.into(),
@@ -83,16 +84,7 @@ fn main_channels(args: &VolsplatArgs, options: &LoadOptions) -> Result<Vec<Chann
         let source = LookSource::Data;
         return Ok(vec![ChannelVolume { volume, source }]);
     }
-    let chosen = args.scene.channel.chunks_exact(2);
-    let number = |pair: &[String]| {
-        pair[0].parse().ok().with_context(|| {
-            format!(
-                "--channel {}: expected the number of a component, counted from 0, and then its look",
-                pair[0]
-            )
-        })
-    };
-    let components = chosen.map(number).collect::<Result<Vec<usize>>>()?;
+    let components: Vec<usize> = chosen.iter().map(|component| component.number).collect();
     let volumes = volsplat::load_components(&args.input.path, options, &components)?;
     let channel = |(place, volume): (usize, Volume)| ChannelVolume {
         volume: volume.into(),
@@ -185,35 +177,34 @@ fn counted(volume: &Volume) -> Vec<(i64, usize)> {
 
 /// The files that are read beside the volume, the transfer function and the cameras.
 pub(crate) fn inputs(args: &SceneArgs) -> impl Iterator<Item = &Path> {
-    let also = args.also.iter().step_by(2).map(|file| {
-        // The part behind a `#` is no part of the name.
-        Path::new(
-            file.rsplit_once('#')
-                .map_or(file.as_str(), |(path, _)| path),
-        )
-    });
+    let also = args.channels.also.iter();
     args.mask
         .iter()
         .chain(&args.label_colours)
         .map(PathBuf::as_path)
-        .chain(also)
+        .chain(also.map(|also| also.file.path.as_path()))
 }
 
 /// The scene's part of the settings in the stats file.
 pub(crate) fn record(args: &SceneArgs) -> Value {
+    let components = args.channels.components.iter();
+    let components =
+        components.map(|component| [component.number.to_string(), component.look.clone()]);
+    let also = args.channels.also.iter();
+    let also = also.map(|also| [also.file.to_string(), also.look.clone()]);
     json!({
         "mask": args.mask.as_deref().map(report::name),
         "labels": args.labels,
         "label_colours": args.label_colours.as_deref().map(report::name),
-        "channels": args.channel.chunks(2).collect::<Vec<_>>(),
-        "also": args.also.chunks(2).collect::<Vec<_>>(),
+        "channels": components.collect::<Vec<_>>(),
+        "also": also.collect::<Vec<_>>(),
     })
 }
 
 /// The voxels of a file that holds colours, where nobody chose components; a note says how they are drawn.
 fn colours_of_file(args: &VolsplatArgs, options: &LoadOptions) -> Result<Option<ColourVoxels>> {
     let scene = &args.scene;
-    if !scene.channel.is_empty() || scene.labels || args.source.held().is_some() {
+    if !scene.channels.components.is_empty() || scene.labels || args.source.held().is_some() {
         return Ok(None);
     }
     let path = &args.input.path;
