@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Error, Result, anyhow};
 use resample_core::{Camera, Image, Reuse};
 use serde_json::{Value, json};
 use warp3d::input::cameras::{Distortion, Lens, Pair};
@@ -250,33 +250,26 @@ fn held(typed: &Typed, found: &Described, notes: &mut Notes) -> Result<Vec<Refer
     let meaning = found.meaning.with_range_of(&stored);
     if typed.camera == Some(Viewpoint::Equirectangular) {
         let faces = input::panorama(&picture, &stored, &meaning, &found.depth.path);
-        return faces.map_err(|error| naming(typed, &found.depth, error));
+        return Ok(faces?);
     }
     let taken = Taken {
         camera: found.from.with_any_near(),
         distortion: found.distortion,
     };
+    let size = [picture.width as u32, picture.height as u32];
+    let fits = [taken.camera.width, taken.camera.height] == size;
     let reference = input::reference(picture, &stored, taken, &meaning, &found.depth.path);
-    let reference = reference.map_err(|error| naming(typed, &found.depth, error))?;
+    let reference = match reference {
+        // Such a camera is a fault of the picture; all other errors name the depth themselves.
+        Err(error) if !fits => return Err(Error::from(error).context(typed.colour.to_owned())),
+        reference => reference?,
+    };
     let width = reference.camera.width as usize;
     let note = meaning.note(stored.stored, &reference.depth, width);
     if let Some(note) = note {
         notes.say_of(typed.depth, note);
     }
     Ok(vec![reference])
-}
-
-/// An error about a picture and its depth: it names the depth if that is at fault, else the picture.
-fn naming(typed: &Typed, depth: &Part, error: warp3d::Error) -> anyhow::Error {
-    let names_depth = error
-        .to_string()
-        .starts_with(&depth.path.display().to_string());
-    let error = anyhow::Error::from(error);
-    if names_depth {
-        error
-    } else {
-        error.context(typed.colour.to_owned())
-    }
 }
 
 /// The meaning of a depth file's numbers.
