@@ -13,8 +13,8 @@ use clap::{Args, Parser, Subcommand};
 use resample_core::Projection;
 
 pub use crate::args::volume::{
-    BlendArgs, CellsName, ClipArgs, OrderName, RayBlend, ReadingArgs, RenderArgs, SceneArgs,
-    TransferArgs, VolumeArgs,
+    BlendArgs, ClipArgs, OrderName, RayBlend, ReadingArgs, RenderArgs, SceneArgs, TransferArgs,
+    VolumeArgs,
 };
 
 use crate::values::input_file::{HeldVolumes, InputFile, Source};
