@@ -81,7 +81,7 @@ pub(super) const MEASUREMENT: &str = "Measurement";
 pub(in crate::args) const PAPER: &str = "The paper's methods";
 
 /// Options of the paper's methods that lie among others.
-const OF_PAPER: &[&str] = &["order", "cells", "cell_error", "opacity", "visibility"];
+const OF_PAPER: &[&str] = &["order", "cells", "opacity", "visibility"];
 
 /// Options that no picture needs: they are there for comparison and measurement.
 const RESEARCH: &[&str] = &["vector_level"];

@@ -8,7 +8,7 @@ use volsplat::{
 };
 
 use crate::args::volume::order::order;
-use crate::args::{BlendArgs, CellsName, ClipArgs, Given, OrderName, RayBlend, RenderArgs};
+use crate::args::{BlendArgs, ClipArgs, Given, OrderName, RayBlend, RenderArgs};
 use crate::look::transfer::Suggested;
 use crate::output::Format;
 use crate::values::word;
@@ -65,17 +65,11 @@ fn library_order(given: &Given<RenderArgs>) -> Result<Order> {
             ..args.sheets
         }),
     };
-    let split = Cells::Split {
-        error: args.cell_error,
-    };
     Ok(Order::Samples(SampleOptions {
         order: sample_order,
         cells: match args.cells {
-            CellsName::Auto if name == OrderName::EverySample => split,
-            CellsName::Auto => Cells::Auto,
-            CellsName::Off => Cells::Off,
-            CellsName::Mean => Cells::Mean,
-            CellsName::Split => split,
+            Cells::Auto if name == OrderName::EverySample => Cells::SPLIT,
+            typed => typed,
         },
         ..args.samples.clone()
     }))

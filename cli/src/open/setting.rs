@@ -6,13 +6,13 @@
 
 use anyhow::{Result, bail};
 use resample_core::{FootprintMode, KernelShape, SelectMode};
-use volsplat::{Classify, Interpolate, Subpixels};
+use volsplat::{Cells, Classify, Interpolate, Subpixels};
 use warp3d::args::MethodName;
 use warp3d::{Fill, Visibility, WarpArgs};
 
 use crate::args::volume::order;
-use crate::args::{CellsName, Drawing, Given, OrderName, RenderArgs};
-use crate::values::word;
+use crate::args::{Drawing, Given, OrderName, RenderArgs};
+use crate::values::{cells_word, word};
 
 /// All options of how one application draws, and which of them are given.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,9 +56,7 @@ pub enum VolumeChoice {
     /// `--point-threshold`, px.
     PointThreshold(f32),
     /// `--cells`.
-    Cells(CellsName),
-    /// `--cell-error`.
-    CellError(f32),
+    Cells(Cells),
     /// `--classify`.
     Classify(Classify),
     /// `--interpolate`.
@@ -138,8 +136,7 @@ impl VolumeChoice {
             Self::Kernel(shape) => ("kernel", word(*shape)),
             Self::Select(mode) => ("select", word(*mode)),
             Self::PointThreshold(radius_px) => ("point-threshold", radius_px.to_string()),
-            Self::Cells(cells) => ("cells", word(*cells)),
-            Self::CellError(error) => ("cell-error", error.to_string()),
+            Self::Cells(cells) => ("cells", cells_word(*cells)),
             Self::Classify(when) => ("classify", word(*when)),
             Self::Interpolate(on) => ("interpolate", word(*on)),
         }
@@ -156,7 +153,6 @@ impl VolumeChoice {
             Self::Select(mode) => args.samples.select = mode,
             Self::PointThreshold(radius_px) => args.samples.point_threshold_px = radius_px,
             Self::Cells(cells) => args.cells = cells,
-            Self::CellError(error) => args.cell_error = error,
             Self::Classify(when) => args.sheets.classify = when,
             Self::Interpolate(on) => args.sheets.interpolate = on,
         }
@@ -348,7 +344,7 @@ mod tests {
     #[test]
     fn the_words_of_every_choice_give_the_same_setting_when_they_are_typed() {
         use VolumeChoice::{
-            CellError, Cells, Classify, Footprint, Interpolate, Kernel, MinTransmittance, Order,
+            Cells, Classify, Footprint, Interpolate, Kernel, MinTransmittance, Order,
             PointThreshold, Select, Slab, Subpixels,
         };
         let volume = [
@@ -362,8 +358,9 @@ mod tests {
             Kernel(KernelShape::BSpline),
             Select(SelectMode::Splats),
             PointThreshold(0.5),
-            Cells(CellsName::Mean),
-            CellError(1.0 / 64.0),
+            Cells(volsplat::Cells::Mean),
+            Cells(volsplat::Cells::SPLIT),
+            Cells(volsplat::Cells::Split { error: 1.0 / 64.0 }),
             Classify(volsplat::Classify::value_variants()[1]),
             Interpolate(volsplat::Interpolate::value_variants()[1]),
         ];

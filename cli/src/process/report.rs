@@ -127,10 +127,21 @@ thread_local! {
 
 /// Does something, and gives what it would have printed on stderr: for programs whose people do not look there.
 pub fn heard<T>(what: impl FnOnce() -> T) -> (T, Vec<String>) {
-    let before = HEARD.replace(Some(Vec::new()));
+    let listener = Listener(HEARD.replace(Some(Vec::new())));
     let done = what();
-    let lines = HEARD.replace(before);
-    (done, lines.unwrap_or_default())
+    let lines = HEARD.take().unwrap_or_default();
+    drop(listener);
+    (done, lines)
+}
+
+/// The list that was filled before this one; it is filled again afterwards, after a panic too, or else a pool's thread would swallow
+/// the messages of its next task.
+struct Listener(Option<Vec<String>>);
+
+impl Drop for Listener {
+    fn drop(&mut self) {
+        HEARD.set(self.0.take());
+    }
 }
 
 /// Prints one line to stderr.
@@ -429,6 +440,13 @@ mod tests {
     fn memory_high_water_mark_is_plausible() {
         let peak = peak_bytes().expect("Linux tells");
         assert!(peak > 1 << 18, "a process holds more than {peak} bytes");
+    }
+
+    #[test]
+    fn after_a_panic_messages_are_printed_again() {
+        let panicked = std::panic::catch_unwind(|| heard(|| panic!("on purpose")));
+        assert!(panicked.is_err());
+        assert!(HEARD.with_borrow(Option::is_none));
     }
 
     #[test]

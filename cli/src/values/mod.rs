@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use glam::DVec3;
 use resample_core::image::linear_from_srgb;
-use volsplat::{ClipPlane, Subpixels};
+use volsplat::{Cells, ClipPlane, Subpixels};
 
 mod bound;
 mod part;
@@ -215,6 +215,34 @@ pub fn subpixels(text: &str) -> Result<Subpixels, String> {
             .map(Subpixels::Fixed)
             .map_err(|_| String::new()),
         _ => Err("expected auto, 1, 2, 4, 8 or 16".into()),
+    }
+}
+
+/// `auto`, `off`, `mean`, `split`, or `split:E` with the error of its parts.
+pub fn cells(text: &str) -> Result<Cells, String> {
+    match text.trim() {
+        "auto" => Ok(Cells::Auto),
+        "off" => Ok(Cells::Off),
+        "mean" => Ok(Cells::Mean),
+        "split" => Ok(Cells::SPLIT),
+        word => {
+            let error = word.strip_prefix("split:").map(fraction);
+            let error = error.unwrap_or_else(|| {
+                Err("expected auto, off, mean, split, or split:E such as split:0.25".into())
+            });
+            error.map(|error| Cells::Split { error })
+        }
+    }
+}
+
+/// Cells as they are typed.
+pub fn cells_word(cells: Cells) -> String {
+    match cells {
+        Cells::Auto => "auto".into(),
+        Cells::Off => "off".into(),
+        Cells::Mean => "mean".into(),
+        Cells::SPLIT => "split".into(),
+        Cells::Split { error } => format!("split:{error}"),
     }
 }
 

@@ -103,3 +103,22 @@ fn orbits_have_an_optional_distance() {
         assert!(orbit(bad).is_err(), "{bad:?} is no orbit");
     }
 }
+
+#[test]
+fn cells_are_a_word_or_split_with_its_error() {
+    for word in ["auto", "off", "mean", "split", "split:0.25", "split:0"] {
+        assert_eq!(cells(word).map(cells_word), Ok(word.to_owned()), "as typed");
+    }
+    assert_eq!(cells("split:0.0625"), Ok(Cells::SPLIT), "the default error");
+    for bad in [
+        "",
+        "split:",
+        "split:1",
+        "split:-1",
+        "split:nan",
+        "mean:0.1",
+        "splits",
+    ] {
+        assert!(cells(bad).is_err(), "{bad:?} is no choice of cells");
+    }
+}

@@ -266,7 +266,7 @@ fn options_of_another_order_are_refused() {
         &words("--order every-sample --interpolate"),
         "--interpolate",
     );
-    assert_refused(&bench, &words("--cell-error 1"), "--cell-error");
+    assert_refused(&bench, &words("--cells split:1"), "--cells");
     assert_refused(&bench, &words("--subpixels 3"), "--subpixels");
     assert_one_line(
         &bench,

@@ -57,7 +57,7 @@ fn every_ladder_is_climbed_and_told_in_all_formats() {
         "cells are nearer"
     );
     for name in [
-        "order every-sample, cell-error 0.015625",
+        "order every-sample, cells split:0.015625",
         "order every-sample, subpixels 2",
         "order image-sheets, kernel b-spline, interpolate on",
         "order image-sheets, classify pre",

@@ -14,8 +14,8 @@ use resample_core::simd::SimdLevel;
 use resample_io::{Gate, Outside};
 use volsplat::transfer::{ColourEncoding, ColourMap, Preset};
 use volsplat::{
-    ClipPlane, Endian, FieldOptions, KernelSheets, Layer, RenderOptions, SampleOptions, Shading,
-    Subpixels, VoxelType,
+    Cells, ClipPlane, Endian, FieldOptions, KernelSheets, Layer, RenderOptions, SampleOptions,
+    Shading, Subpixels, VoxelType,
 };
 
 pub use crate::args::volume::channels::{ChannelArgs, ComponentLook, VolumeLook};
@@ -249,12 +249,13 @@ pub struct RenderArgs {
     /// The samples of the paper's orders.
     #[command(flatten, next_help_heading = short_help::PAPER)]
     pub samples: SampleOptions,
-    /// The part of the volume that a sample stands for
-    #[arg(long, value_enum, default_value_t = CellsName::Auto)]
-    pub cells: CellsName,
-    /// Subdivide cells whose parts differ from the whole by more than this in colour or opacity
-    #[arg(long, value_name = "E", value_parser = values::fraction, default_value = "0.0625")]
-    pub cell_error: f32,
+    /// The part of the volume that a sample stands for: off, mean, split, split:E, or auto (split in every-sample, off in
+    /// the other orders)
+    ///
+    /// off: a voxel, by its own value; mean: the mean of the field between eight voxels; split: the same, or its parts where one
+    /// differs from the whole by more than E in colour or opacity (0.0625 if not given).
+    #[arg(long, value_name = "CELLS", value_parser = values::cells, default_value = "auto")]
+    pub cells: Cells,
     /// The sheets in which kernels are summed.
     #[command(flatten, next_help_heading = short_help::PAPER)]
     pub sheets: KernelSheets,
@@ -271,19 +272,6 @@ pub enum OrderName {
     AxisSheets,
     /// Kernels summed in slabs parallel to the picture, for comparison
     ImageSheets,
-}
-
-/// `--cells`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum CellsName {
-    /// Split in every-sample, off in the other orders
-    Auto,
-    /// A voxel, by its own value
-    Off,
-    /// The mean of the field between eight voxels
-    Mean,
-    /// The same, or parts of it where it varies by more than --cell-error
-    Split,
 }
 
 impl OrderName {

@@ -13,13 +13,12 @@ use crate::args::{BlendArgs, Given, OrderName, RayBlend, RenderArgs, names_of};
 const SAMPLES: &[OrderName] = &[EverySample, AxisSheets, ImageSheets];
 
 /// Options that belong to fewer or more orders than their group.
-const EXCEPTIONS: [(&str, &[OrderName]); 6] = [
+const EXCEPTIONS: [(&str, &[OrderName]); 5] = [
     ("slab", &[Field, ImageSheets]),
     ("footprint", &[EverySample, AxisSheets]),
     ("colour-by", &[EverySample, AxisSheets]),
     ("sheet", &[EverySample]),
     ("cells", SAMPLES),
-    ("cell-error", SAMPLES),
 ];
 
 /// An option that is given, and the orders that have it.

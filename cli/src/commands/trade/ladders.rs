@@ -7,11 +7,11 @@
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use resample_core::{FootprintMode, KernelShape, SelectMode};
-use volsplat::{Classify, Interpolate, Subpixels};
+use volsplat::{Cells, Classify, Interpolate, Subpixels};
 use warp3d::Visibility;
 use warp3d::args::MethodName;
 
-use crate::args::{CellsName, Drawing, OrderName};
+use crate::args::{Drawing, OrderName};
 use crate::open::setting::{Choice, Choices, DepthChoice, MeshChoice, VolumeChoice};
 
 /// A choice and its rungs.
@@ -108,8 +108,13 @@ fn image_sheets_ladders() -> Vec<Ladder> {
 
 fn samples_ladders() -> Vec<Ladder> {
     let every = OrderName::EverySample;
-    let cells = [CellsName::Off, CellsName::Mean, CellsName::Split];
-    let errors = [0.25, 0.0625, 0.015625];
+    let cells = [
+        Cells::Off,
+        Cells::Mean,
+        Cells::Split { error: 0.25 },
+        Cells::SPLIT,
+        Cells::Split { error: 0.015625 },
+    ];
     let subpixels = SUBPIXELS.map(Subpixels::Fixed);
     let radii_px = [2.0, 1.0, 0.5];
     vec![
@@ -121,7 +126,6 @@ fn samples_ladders() -> Vec<Ladder> {
         ),
         in_order(every, "kernel", all::<KernelShape>(), VolumeChoice::Kernel),
         in_order(every, "cells", cells, VolumeChoice::Cells),
-        in_order(every, "cell-error", errors, VolumeChoice::CellError),
         in_order(
             every,
             "sample-subpixels",
