@@ -1,6 +1,6 @@
 //! One tile of the picture, from its list of triangles to its pixels.
 //!
-//! Every stage is a function from the outputs of earlier stages to its own, whose storage it refills; [`draw`] calls them in
+//! Every stage is a function from the outputs of earlier stages to its own, whose storage it refills; [`draw_tile`] calls them in
 //! order. Inputs of all stages are in `task`. Visibility: `visible`. Accumulate: `patches`, `points` for pixels on one minified plane,
 //! `splats` at sub-pixels elsewhere; `texels` reads textures at sub-pixels, `light` lights both. Resolve: `splats`, and `planes` for
 //! depth, normals and the others.

@@ -4,7 +4,7 @@
 //! Lines end in LF or CR LF, field names and values ignore case, comments and key/value pairs are skipped, and
 //! the head ends at the first empty line or at the end of the file.
 //!
-//! [`derive`] returns three dims and the affine map. Axes of size 1 that are not needed are dropped, missing ones
+//! [`derive()`] returns three dims and the affine map. Axes of size 1 that are not needed are dropped, missing ones
 //! (a picture, a line) are added with size 1. One axis that is not in space, such as colours, vectors or time, holds
 //! components, of which one is read; a second one is refused with the remedy.
 
