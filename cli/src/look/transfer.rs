@@ -151,7 +151,7 @@ impl Suggested {
         }
     }
 
-    /// The options with what is suggested where nothing was typed.
+    /// Returns the options; those that were not typed get the suggested values.
     pub(super) fn fill(&self, options: RenderOptions, args: &RenderArgs) -> RenderOptions {
         let mut options = options;
         options.opacity_unit = options.opacity_unit.or(self.opacity_unit);

@@ -1,7 +1,7 @@
 //! A scene whose files are read: drawn under one setting after another, and at last to its files.
 //!
 //! `open_scene` is the face of the three applications (`volume`, `mesh`, `depth`), each of which has a folder; a `setting` holds the
-//! options of an opened scene. [`volume()`] and [`mesh()`] make scenes of what a program holds in memory.
+//! options of an opened scene. [`volume()`] and [`mesh()`] make scenes of data in memory.
 
 pub mod setting;
 pub(crate) mod open_scene;

@@ -358,7 +358,7 @@ fn composite_lanes<S: Simd, const KEPT: bool>(
     }
 }
 
-/// A pixel's opacity from what a splat or a sheet adds to it.
+/// Returns the opacity of one splat or sheet at a pixel, from the optical depth or coverage that it adds.
 #[inline(always)]
 pub fn opacity<S, F>(simd: S, mode: OpacityMode, added: F) -> F
 where

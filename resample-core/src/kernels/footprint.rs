@@ -204,7 +204,7 @@ pub fn index2_from_ellipse(i2: f64, sin2_cone: f64) -> f64 {
 
 // Point or splat: the choice of primitive for each sample.
 //
-// "Classification" is what a transfer function does to a scalar, so this choice is called selection.
+// The choice is called selection, because "classification" already names the mapping of scalars by a transfer function.
 
 /// The choice between points and splats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

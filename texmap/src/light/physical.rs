@@ -141,13 +141,21 @@ pub(crate) fn reflect<S: Simd>(
     };
     let further = footprint.multiple_scattering(simd, &once);
     let open = load(&inputs.open);
+    for k in 0..3 {
+        mirror[k] = (mirror[k] + further[k] * even[k]) * open;
+    }
+    store_colours(&mirror, &mut out[..count]);
+}
+
+/// Stores the colours of as many places as `out` has, with an alpha of 0.
+#[inline(always)]
+fn store_colours<S: Simd>(colours: &[f32x16<S>; 3], out: &mut [Vec4]) {
     let mut rgb = [[0.0; LANES]; 3];
     for k in 0..3 {
-        let sum = mirror[k] + further[k] * even[k];
-        (sum * open).store_slice(&mut rgb[k]);
+        colours[k].store_slice(&mut rgb[k]);
     }
-    for lane in 0..count {
-        out[lane] = Vec4::new(rgb[0][lane], rgb[1][lane], rgb[2][lane], 0.0);
+    for (lane, colour) in out.iter_mut().enumerate() {
+        *colour = Vec4::new(rgb[0][lane], rgb[1][lane], rgb[2][lane], 0.0);
     }
 }
 

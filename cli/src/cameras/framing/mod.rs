@@ -201,14 +201,14 @@ pub struct Seen {
 /// The extent that a camera sees; `None` where that is nothing.
 pub type Measure<'a> = dyn FnMut(&Camera) -> Result<Option<Seen>> + 'a;
 
-/// How often the measure is asked for each view at most: a round misses by the difference in distance of what is near and far, which the
-/// next one sees from almost the right place.
+/// The largest number of rounds for each view. A round errs where near and far parts lie at different distances; the next round starts
+/// almost at the right place.
 const ROUNDS: usize = 6;
 
 /// Corners are projected exactly, which costs next to nothing: two pixels of a picture of 800.
 const NEAR_ENOUGH: f64 = 0.005;
 
-/// How what is seen lies beside the picture's middle, over all views.
+/// The offset of the visible parts from the picture's middle, over all views.
 struct Excess {
     /// In the picture, half pictures.
     middle: DVec2,
@@ -218,7 +218,7 @@ struct Excess {
     near_enough: f64,
 }
 
-/// The extent that shows in all views what the measure sees; the first extent where that is nothing.
+/// Returns the extent that shows all visible parts in every view, or `extent` if nothing is visible.
 pub fn fit(extent: &Extent, views: &[View], measure: &mut Measure) -> Result<Extent> {
     let mut fitted = *extent;
     for _ in 0..ROUNDS {

@@ -217,7 +217,7 @@ fn listen(mut stream: TcpStream, key: &str, mailbox: &Mailbox) -> Result<()> {
             Ok(Message::Close(_)) | Err(_) => break,
             Ok(_) => continue,
         };
-        // What is not understood comes from no page of ours.
+        // Our page sends no message that cannot be parsed.
         let Ok(asked) = serde_json::from_str::<Asked>(&text) else {
             break;
         };

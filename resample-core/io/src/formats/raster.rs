@@ -323,7 +323,7 @@ pub(crate) fn is_interlaced(path: &Path) -> Result<bool, Error> {
 fn decode_png(path: &Path, rows: &mut dyn Rows) -> Result<bool, Error> {
     let wrong = |error: DecodingError| fault(path, format!("not a usable picture: {error}"));
     let (file, _) = open(path)?;
-    // The crate's own limit, 64 MiB, holds what it unpacks beside the pixels.
+    // The crate's own limit, 64 MiB, bounds the text and profiles that it unpacks.
     let mut decoder = Decoder::new(BufReader::new(file));
     decoder.set_transformations(Transformations::EXPAND);
     // Neither is used, and a small one may unpack to gigabytes.
@@ -376,7 +376,7 @@ fn decode_png(path: &Path, rows: &mut dyn Rows) -> Result<bool, Error> {
 const DATA: u8 = 0xda;
 const END: u8 = 0xd9;
 
-/// Refuses a JPEG whose data breaks off. What is not even begun is left to the decoder.
+/// Refuses a JPEG whose data breaks off. A JPEG without any image data is left to the decoder.
 pub(crate) fn check_whole_jpeg(bytes: &[u8]) -> Result<(), String> {
     let Some(data) = data_of(bytes) else {
         return Ok(());

@@ -12,7 +12,7 @@ use crate::scene::{Magnify, Material, Mesh, Scene, Texels, Texture, TextureUse, 
 
 // The last check of a scene, the same for every format.
 //
-// Takes what a format reader gives and makes the promises of [`Scene`] true: numbers that are not finite are an error,
+// Checks a reader's output and makes it keep the promises of [`Scene`]: numbers that are not finite are an error,
 // and a texture whose coordinates a mesh lacks is taken away from that mesh. Empty meshes go.
 
 /// Largest world coordinate. Squares of distances then stay far from the end of single precision.
@@ -261,7 +261,7 @@ fn origin(positions: &[Vec<DVec3>]) -> DVec3 {
 // Polygons to triangles, concave ones included.
 //
 // Takes the corners of a polygon in space, gives triples of corner numbers that wind as the polygon does. The polygon is
-// laid into the plane of its mean normal (Newell's), and ears are cut off one by one: a corner whose triangle turns the
+// laid into the plane of its mean normal (Newell's), and its ears are cut off one by one. An ear is a corner whose triangle turns the
 // right way and holds no other corner.
 // Limits: a polygon that crosses itself has no such division; its remainder becomes a fan. So does one of more
 // than [`MAX_EARS`] corners, because the time grows with the cube of their number in the worst case.
