@@ -22,11 +22,13 @@
 #[cfg(feature = "input")]
 pub mod input;
 pub mod volume;
+pub mod gaussians;
 pub mod labels;
 pub mod source;
 pub mod error;
 
 pub use error::Error;
+pub use gaussians::{BlendSpace, Gaussian, Gaussians};
 #[cfg(feature = "input")]
 pub use input::{LoadOptions, RawOptions, load, load_components};
 pub use labels::{LabelLook, LabelTable};
