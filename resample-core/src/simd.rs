@@ -157,7 +157,7 @@ const MAX_LOG2: f32 = 126.0;
 /// 1 - exp(-depth) for depth >= 0 (infinity gives 1 - 2^-126), to 1e-6 relative even for tiny depths, where
 /// 1 - exp would have lost everything.
 #[inline(always)]
-pub(crate) fn opacity_from_optical_depth<S, F>(simd: S, depth: F) -> F
+pub fn opacity_from_optical_depth<S, F>(simd: S, depth: F) -> F
 where
     S: Simd,
     F: SimdFloat<S, Element = f32>,

@@ -42,9 +42,11 @@ pub(crate) mod picture;
 pub(crate) mod field;
 mod paper;
 pub mod render;
+pub mod gaussians;
 pub mod stats;
 
 pub use field::Layer;
+pub use gaussians::{GaussianOptions, GaussianRenderer, Model, PixelSamples};
 pub use large::LargeVolume;
 pub use look::clip::{Clip, ClipPlane};
 pub use look::options::{
@@ -59,7 +61,7 @@ pub use render::{Frame, Renderer};
 pub use resample_core::Reuse;
 pub use resample_core::clock::StageTime;
 pub use resample_volume::{
-    Described, Endian, Error, Histogram, LabelLook, LabelTable, Lattice, Modality, NanPolicy,
+    BlendSpace, Described, Endian, Error, Gaussian, Gaussians, Histogram, LabelLook, LabelTable, Lattice, Modality, NanPolicy,
     Volume, VoxelType, Voxels, Watch, error, labels, procedural, volume,
 };
 #[cfg(feature = "input")]

@@ -161,6 +161,11 @@ impl HalfSpace {
 }
 
 impl GridClip {
+    /// Returns true if everything is kept.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.half_spaces.is_empty()
+    }
+
     /// Returns true if a position, in the grid, is kept.
     pub(crate) fn keeps(&self, pos_in_grid: DVec3) -> bool {
         self.half_spaces

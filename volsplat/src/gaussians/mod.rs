@@ -1,0 +1,196 @@
+//! Gaussians drawn as a volume: extinction along each ray, summed in slabs, whatever their order.
+//!
+//! Takes [`Gaussians`], [`GaussianOptions`] and a camera, returns a picture. `project` puts the Gaussians in view into camera space
+//! and lists them by tile; `tile` sorts a list by where the Gaussians begin; `ray_form` turns each into polynomials of the pixel;
+//! `block` sums 4x4 pixels at a time front to back; `profile` has the functions of one Gaussian along a ray.
+//!
+//! The optical depth of a Gaussian on a ray is -ln(1 - opacity G), with G its value at the ray's closest approach in standard
+//! deviations; it is spread along the ray by the Gaussian's own profile there. So one alone has the opacity that it was trained with,
+//! and where several overlap neither order nor camera makes a jump.
+//! Limits: colours do not change inside a Gaussian, and light is not scattered.
+
+mod block;
+mod options;
+mod profile;
+mod project;
+mod ray_form;
+mod tile;
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+use rayon::prelude::*;
+use resample_core::clock::StageClock;
+use resample_core::image::linear_from_srgb;
+use resample_core::scratch::on_heap;
+use resample_core::tile::{TILE_PX, TileGrid};
+use resample_core::{Camera, Image, Stop, dispatch};
+use resample_volume::{BlendSpace, Gaussians};
+
+use crate::Error;
+use crate::gaussians::project::Binned;
+use crate::gaussians::tile::{BlendPixel, TileJob, TileScratch, draw_tile};
+use crate::look::options::DepthPlane;
+use crate::render::Frame;
+use crate::stats::FrameStats;
+
+pub use options::{GaussianOptions, Model, PixelSamples};
+
+/// Draws Gaussians, picture after picture.
+#[derive(Clone, Debug)]
+pub struct GaussianRenderer {
+    gaussians: Arc<Gaussians>,
+    options: GaussianOptions,
+    binned: Binned,
+    stop: Stop,
+}
+
+/// The pixels of a tile, and where it lies.
+struct DrawnTile {
+    place: [usize; 2],
+    pixels: Vec<BlendPixel>,
+}
+
+impl GaussianRenderer {
+    /// A renderer of these Gaussians; [`Error::Option`] where an option is out of its range.
+    pub fn new(gaussians: Arc<Gaussians>, options: &GaussianOptions) -> Result<Self, Error> {
+        options.validate()?;
+        Ok(Self {
+            gaussians,
+            options: options.clone(),
+            binned: Binned::default(),
+            stop: Stop::default(),
+        })
+    }
+
+    /// Draws with these options from now on; [`Error::Option`] as in [`GaussianRenderer::new`].
+    pub fn update(&mut self, options: &GaussianOptions) -> Result<(), Error> {
+        options.validate()?;
+        self.options = options.clone();
+        Ok(())
+    }
+
+    /// Ends frames early, between two tiles, once `stop` is asked for.
+    pub fn stop_with(&mut self, stop: Stop) {
+        self.stop = stop;
+    }
+
+    /// The box that holds the Gaussians up to three standard deviations, those of the most opaque: world units. `None` where
+    /// there are none.
+    pub fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
+        None
+    }
+
+    /// Draws the picture of a camera.
+    pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
+        let size = [camera.width as usize, camera.height as usize];
+        self.render_window(camera, [0, 0], size)
+    }
+
+    /// Draws the pixels from column and row `first` on, `size` of them along x and y: those that the whole picture has there.
+    /// `first` is a multiple of 16.
+    pub fn render_window(
+        &mut self,
+        camera: &Camera,
+        first: [usize; 2],
+        size: [usize; 2],
+    ) -> Result<Frame, Error> {
+        let whole = StageClock::start();
+        let mut stats = FrameStats::default();
+        let clock = StageClock::start();
+        self.binned.fill(&self.gaussians, camera);
+        stats.stages.project = clock.stop();
+        stats.splats = self.binned.count() as u64;
+        stats.culled = self.gaussians.len() as u64 - stats.splats;
+        stats.tile_pairs = self.binned.pairs() as u64;
+        let clock = StageClock::start();
+        let tiles = self.draw_tiles(camera, first, size, &mut stats);
+        stats.stages.composite = clock.stop();
+        let clock = StageClock::start();
+        let image = self.picture(&tiles, first, size);
+        stats.stages.image = clock.stop();
+        let whole = whole.stop();
+        (stats.wall_ms, stats.cpu_ms) = (whole.wall_ms, whole.cpu_ms);
+        Ok(Frame { image, stats })
+    }
+
+    fn draw_tiles(
+        &self,
+        camera: &Camera,
+        first: [usize; 2],
+        size: [usize; 2],
+        stats: &mut FrameStats,
+    ) -> Vec<DrawnTile> {
+        let grid = TileGrid::new(camera.width as usize, camera.height as usize);
+        let clip = self.options.clip.in_grid(&DAffine3::IDENTITY);
+        let job = TileJob {
+            camera,
+            binned: &self.binned,
+            clip: &clip,
+            options: &self.options,
+        };
+        let (columns, rows) = (
+            first[0] / TILE_PX..(first[0] + size[0]).div_ceil(TILE_PX).min(grid.columns()),
+            first[1] / TILE_PX..(first[1] + size[1]).div_ceil(TILE_PX).min(grid.rows()),
+        );
+        let places: Vec<[usize; 2]> = rows
+            .flat_map(|row| columns.clone().map(move |column| [column, row]))
+            .collect();
+        let level = self.options.simd.resolve();
+        let drawn: Vec<_> = places
+            .par_iter()
+            .map_init(on_heap::<TileScratch>, |scratch, place| {
+                scratch.work = Default::default();
+                let is_shown = !self.stop.is_asked()
+                    && dispatch!(level, simd => draw_tile(simd, &job, *place, scratch));
+                let pixels = if is_shown {
+                    scratch.pixels.clone()
+                } else {
+                    Vec::new()
+                };
+                (DrawnTile { place: *place, pixels }, scratch.work)
+            })
+            .collect();
+        let mut tiles = Vec::with_capacity(drawn.len());
+        for (tile, work) in drawn {
+            stats.pixels_touched += work.met * block::LANES as u64;
+            stats.lanes_computed += work.summed * block::LANES as u64;
+            tiles.push(tile);
+        }
+        tiles
+    }
+
+    fn picture(&self, tiles: &[DrawnTile], first: [usize; 2], size: [usize; 2]) -> Image {
+        let mut image = Image::transparent(size[0], size[1]);
+        let mut depths = match self.options.depth {
+            DepthPlane::None => Vec::new(),
+            DepthPlane::Expected => vec![f32::INFINITY; size[0] * size[1]],
+        };
+        for tile in tiles.iter().filter(|tile| !tile.pixels.is_empty()) {
+            for (at, pixel) in tile.pixels.iter().enumerate() {
+                let x = tile.place[0] * TILE_PX + at % TILE_PX - first[0];
+                let y = tile.place[1] * TILE_PX + at / TILE_PX - first[1];
+                if x >= size[0] || y >= size[1] {
+                    continue;
+                }
+                image.rgba[y * size[0] + x] = linear(pixel.rgba, self.gaussians.blend_space);
+                if let (Some(depth), true) =
+                    (depths.get_mut(y * size[0] + x), pixel.rgba[3] > 0.0)
+                {
+                    *depth = pixel.depth / pixel.rgba[3];
+                }
+            }
+        }
+        image.depth = (self.options.depth != DepthPlane::None).then_some(depths);
+        image
+    }
+}
+
+/// A pixel of the blend space in linear light, times opacity.
+fn linear([red, green, blue, opacity]: [f32; 4], space: BlendSpace) -> [f32; 4] {
+    if space == BlendSpace::Linear || opacity <= 0.0 {
+        return [red, green, blue, opacity];
+    }
+    let decoded = |c: f32| linear_from_srgb(c / opacity) * opacity;
+    [decoded(red), decoded(green), decoded(blue), opacity]
+}

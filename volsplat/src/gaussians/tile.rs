@@ -1,0 +1,259 @@
+//! One tile of a picture of Gaussians: its list in the order in which they begin, its blocks, its pixels.
+
+use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
+use glam::DVec2;
+use resample_core::Camera;
+use resample_core::sort::{entry_index, entry_key, sort_by_depth};
+use resample_core::tile::{MAX_CHUNK_LEN, TILE_AREA, TILE_PX};
+
+use crate::gaussians::block::{
+    Active, BlockPixels, BlockRays, BlockSettings, BlockWork, Forms, LANES, draw,
+};
+use crate::gaussians::options::{GaussianOptions, PixelSamples};
+use crate::gaussians::project::{Binned, InView, PIXEL_SIGMA_PX};
+use crate::gaussians::ray_form::{RayForm, TilePlace};
+use crate::look::clip::GridClip;
+
+/// Side of a block, px.
+const BLOCK_PX: usize = 4;
+
+/// Standard deviation of the Gaussian of one of four samples, px: together with their spread they have that of the pixel.
+const SAMPLE_SIGMA_PX: f64 = 0.2;
+
+/// Offset of four samples from a pixel's centre along x and y, px: sqrt(0.5^2 - 0.2^2), the nodes of a Gauss-Hermite rule.
+const SAMPLE_OFFSET_PX: f64 = 0.458_257_569_495_584;
+
+/// Gaussians that are made ready at a time: what lies behind an opaque tile is never looked at.
+const BATCH: usize = 32;
+
+/// What all tiles of a frame share.
+pub(crate) struct TileJob<'a> {
+    pub(crate) camera: &'a Camera,
+    pub(crate) binned: &'a Binned,
+    pub(crate) clip: &'a GridClip,
+    pub(crate) options: &'a GaussianOptions,
+}
+
+/// A pixel of a tile in the blend space, times opacity.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct BlendPixel {
+    pub(crate) rgba: [f32; 4],
+    /// Camera z times opacity.
+    pub(crate) depth: f32,
+    /// Camera z at which half of the light is lost.
+    pub(crate) median: f32,
+}
+
+/// Storage that a task reuses from tile to tile.
+#[derive(Default)]
+pub(crate) struct TileScratch {
+    list: TileList,
+    sorted: Vec<u64>,
+    active: Active,
+    pub(crate) pixels: Vec<BlendPixel>,
+    pub(crate) work: BlockWork,
+}
+
+/// The Gaussians of a tile, made ready as blocks ask for them.
+#[derive(Default)]
+struct TileList {
+    entries: Vec<u64>,
+    /// Entries that were made ready, or left out as too faint.
+    begun: usize,
+    forms: Vec<RayForm>,
+    begin_z: Vec<f32>,
+}
+
+struct ReadyForms<'a> {
+    list: &'a mut TileList,
+    job: &'a TileJob<'a>,
+    place: &'a TilePlace,
+    sigma_px: f64,
+}
+
+impl ReadyForms<'_> {
+    fn make_ready(&mut self) {
+        let end = (self.list.begun + BATCH).min(self.list.entries.len());
+        for at in self.list.begun..end {
+            let entry = self.list.entries[at];
+            let in_view = in_view(self.job.binned, entry);
+            if let Some(form) = RayForm::new(in_view, self.job.camera, self.place, self.sigma_px) {
+                self.list.forms.push(form);
+                self.list.begin_z.push(f32::from_bits(entry_key(entry)));
+            }
+        }
+        self.list.begun = end;
+    }
+}
+
+impl Forms for ReadyForms<'_> {
+    #[inline]
+    fn next(&mut self, block: usize, mut at: usize) -> Option<(usize, f32)> {
+        loop {
+            while at < self.list.forms.len() {
+                if self.list.forms[at].blocks >> block & 1 == 1 {
+                    return Some((at, self.list.begin_z[at]));
+                }
+                at += 1;
+            }
+            if self.list.begun == self.list.entries.len() {
+                return None;
+            }
+            self.make_ready();
+        }
+    }
+
+    fn form(&self, at: usize) -> &RayForm {
+        &self.list.forms[at]
+    }
+}
+
+fn in_view(binned: &Binned, entry: u64) -> &InView {
+    let index = entry_index(entry) as usize;
+    &binned.chunks[index / MAX_CHUNK_LEN].primitives[index % MAX_CHUNK_LEN]
+}
+
+/// Draws the tile in this column and row of tiles into the scratch; false where nothing touches it.
+#[simd]
+pub(crate) fn draw_tile<S: Simd>(
+    simd: S,
+    job: &TileJob,
+    [column, row]: [usize; 2],
+    scratch: &mut TileScratch,
+) -> bool {
+    let entries = &mut scratch.list.entries;
+    entries.clear();
+    for chunk in &job.binned.chunks {
+        entries.extend_from_slice(chunk.tile(column as u16, row as u16));
+    }
+    if entries.is_empty() {
+        return false;
+    }
+    sort_by_depth(entries, &mut scratch.sorted);
+    let first = [column * TILE_PX, row * TILE_PX];
+    let place = TilePlace {
+        first,
+        centre: DVec2::new(first[0] as f64, first[1] as f64) + 0.5 * TILE_PX as f64,
+    };
+    scratch.pixels.clear();
+    scratch.pixels.resize(TILE_AREA, BlendPixel::default());
+    match samples(job, &scratch.list.entries) {
+        PixelSamples::One | PixelSamples::Auto => {
+            draw_blocks(simd, job, &place, (PIXEL_SIGMA_PX, &[[0.0; 2]]), scratch);
+        }
+        PixelSamples::Four => {
+            let o = SAMPLE_OFFSET_PX;
+            let offsets = [[-o, -o], [o, -o], [-o, o], [o, o]];
+            draw_blocks(simd, job, &place, (SAMPLE_SIGMA_PX, &offsets), scratch);
+        }
+    }
+    true
+}
+
+/// How many samples the pixels of a tile take.
+fn samples(job: &TileJob, entries: &[u64]) -> PixelSamples {
+    /// Footprints below this standard deviation are changed by widening so much that what lies behind them shows through.
+    const SMALL_PX: f32 = 1.0;
+    match job.options.samples {
+        PixelSamples::Auto => {
+            let is_small = |entry: &&u64| in_view(job.binned, **entry).minor_px < SMALL_PX;
+            let small = entries.iter().filter(is_small).count();
+            if 4 * small > entries.len() {
+                PixelSamples::Four
+            } else {
+                PixelSamples::One
+            }
+        }
+        given => given,
+    }
+}
+
+#[inline(always)]
+fn draw_blocks<S: Simd>(
+    simd: S,
+    job: &TileJob,
+    place: &TilePlace,
+    (sigma_px, offsets): (f64, &[[f64; 2]]),
+    scratch: &mut TileScratch,
+) {
+    let settings = BlockSettings {
+        slab_error: job.options.slab_error,
+        min_transmittance: job.options.min_transmittance,
+    };
+    let TileScratch {
+        list,
+        active,
+        pixels,
+        work,
+        ..
+    } = scratch;
+    list.begun = 0;
+    list.forms.clear();
+    list.begin_z.clear();
+    let mut forms = ReadyForms {
+        list,
+        job,
+        place,
+        sigma_px,
+    };
+    let share = 1.0 / offsets.len() as f32;
+    for block in 0..TILE_AREA / LANES {
+        if forms.next(block, 0).is_none() {
+            continue;
+        }
+        for offset in offsets {
+            let rays = block_rays(job, place, block, *offset);
+            let drawn = draw(simd, (block, &rays), &mut forms, &settings, active, work);
+            lay(pixels, block, &drawn, share);
+        }
+    }
+}
+
+/// First column and row of a block in its tile.
+fn corner(block: usize) -> [usize; 2] {
+    let across = TILE_PX / BLOCK_PX;
+    [block % across * BLOCK_PX, block / across * BLOCK_PX]
+}
+
+fn block_rays(job: &TileJob, place: &TilePlace, block: usize, offset: [f64; 2]) -> BlockRays {
+    let mut rays = BlockRays {
+        x: [0.0; LANES],
+        y: [0.0; LANES],
+        near: [job.camera.near as f32; LANES],
+        far: [f32::INFINITY; LANES],
+    };
+    let [x0, y0] = corner(block);
+    for lane in 0..LANES {
+        let x = (x0 + lane % BLOCK_PX) as f64 + 0.5 + offset[0];
+        let y = (y0 + lane / BLOCK_PX) as f64 + 0.5 + offset[1];
+        rays.x[lane] = (x - 0.5 * TILE_PX as f64) as f32;
+        rays.y[lane] = (y - 0.5 * TILE_PX as f64) as f32;
+        if !job.clip.is_whole() {
+            let pos = DVec2::new(place.first[0] as f64 + x, place.first[1] as f64 + y);
+            let (origin, direction) = job.camera.ray_in_camera(pos);
+            let world_from_camera = job.camera.camera_from_world.inverse();
+            let [near, far] = job.clip.interval(
+                world_from_camera.transform_point3(origin),
+                world_from_camera.transform_vector3(direction),
+            );
+            rays.near[lane] = rays.near[lane].max(near as f32);
+            rays.far[lane] = (far as f32).max(rays.near[lane]);
+        }
+    }
+    rays
+}
+
+/// Adds the share of a sample to the pixels of a block.
+fn lay(pixels: &mut [BlendPixel], block: usize, drawn: &BlockPixels, share: f32) {
+    let [x0, y0] = corner(block);
+    for lane in 0..LANES {
+        let pixel = &mut pixels[(y0 + lane / BLOCK_PX) * TILE_PX + x0 + lane % BLOCK_PX];
+        for (sum, colour) in pixel.rgba.iter_mut().zip(&drawn.rgb) {
+            *sum += share * colour[lane];
+        }
+        pixel.rgba[3] += share * (1.0 - drawn.transmittance[lane]);
+        pixel.depth += share * drawn.depth[lane];
+        pixel.median += share * drawn.median[lane];
+    }
+}
