@@ -1,0 +1,232 @@
+//! Discs from points: each point gets a normal, a radius, a thickness and, at the border of a surface, a cut.
+//!
+//! Takes a [`PointCloud`], returns [`Prepared`]: one disc of 48 bytes per point that is kept, neighbours near each other in
+//! memory. The plane comes from the nearest points; where they are thick against their width (noise), from more of them.
+//! A point that lies far from its neighbours, measured by the spacing that those have, is left out: it is a flying pixel,
+//! which a scanner makes where its beam meets two surfaces.
+
+use glam::{DVec2, DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::Error;
+use crate::cloud::cells::{Nearest, Tree};
+use crate::cloud::fit::{Plane, plane};
+use crate::cloud::points::PointCloud;
+
+/// Points of a fit, the point itself among them: two rings around it on a grid have 8 and 16, of which 12 are near enough
+/// to be flat. A guess within 9..20, which gave the same pictures.
+const NEAR: usize = 13;
+
+/// Points of a fit where the nearest ones are rough: twice the width, four times the points.
+const WIDE: usize = 48;
+
+/// A fit is rough above this thickness against its width. A sphere whose radius is three spacings has 0.2; a guess.
+const ROUGH: f64 = 0.2;
+
+/// The wider fit replaces the near one if it is so much flatter: noise has half the roughness at twice the width, an edge
+/// or a ball has the same; the middle of both.
+const FLATTER: f64 = 0.75;
+
+/// Discs reach this many spacings, which covers the gaps of jittered points. Measured: 1.5 leaves holes at random, 2 gives
+/// a wider false rim.
+const REACH_SPACINGS: f64 = 1.6;
+
+/// Largest angle between neighbours, as seen from a point, that is not yet the border of a surface. 12 random neighbours leave
+/// as much in one of 60 places; there the disc is cut where its neighbours cover it.
+const BORDER_GAP_RAD: f64 = 2.6;
+
+/// A surface ends half a spacing past its outermost points.
+const BORDER_SPACINGS: f64 = 0.5;
+
+/// A point is far from a neighbour at this many of the neighbour's reaches (the distance of its twelfth neighbour). A guess:
+/// a scan's spacing changes little within 12 points.
+const FAR_REACHES: f32 = 1.6;
+
+/// Points in a row of the tree's order whose reaches are compared, to look for far points only where one may be.
+const BLOCK: usize = 256;
+
+/// A disc of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// The middle relative to the origin, world units.
+    pub position: [f32; 3],
+    /// Unit normal; its sign means nothing.
+    pub normal: [f32; 3],
+    /// Cut of a disc at the border of a surface: offsets from the middle whose product with this is above 1 lie outside. 0
+    /// elsewhere; per world unit.
+    pub cut: [f32; 3],
+    /// Mean distance between the points here: the root of the area that one has, world units.
+    pub spacing: f32,
+    /// Standard deviation of the points from their plane, world units.
+    pub thickness: f32,
+    /// Colour, sRGB.
+    pub colour: [u8; 3],
+}
+
+/// Points that got no disc.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Points far from all others.
+    pub isolated: u64,
+    /// Points with 12 others in the same place, or without any other: they have no spacing.
+    pub without_spacing: u64,
+}
+
+/// Discs of a cloud.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prepared {
+    /// The place that discs are relative to, world units.
+    pub origin_in_world: DVec3,
+    /// Discs; those of neighbouring points lie near each other.
+    pub discs: Vec<Disc>,
+    /// How many points are left out.
+    pub left_out: LeftOut,
+}
+
+impl Disc {
+    /// Radius of the disc, world units.
+    pub fn radius(&self) -> f32 {
+        REACH_SPACINGS as f32 * self.spacing
+    }
+}
+
+/// Makes discs of points.
+///
+/// # Errors
+/// [`Error::Input`] for a cloud that [`PointCloud::validate`] refuses.
+pub fn prepare(cloud: &PointCloud) -> Result<Prepared, Error> {
+    cloud.validate()?;
+    let tree = Tree::new(&cloud.positions);
+    let slots = 0..tree.places.len();
+    let fitted: Vec<(Disc, f32)> = slots
+        .into_par_iter()
+        .map(|slot| fitted(&tree, slot, cloud))
+        .collect();
+    let keep: Vec<Keep> = fitted
+        .par_chunks(BLOCK)
+        .enumerate()
+        .flat_map_iter(|(block, discs)| kept(&tree, &fitted, discs, block * BLOCK))
+        .collect();
+    let count = |what| keep.par_iter().filter(|&&k| k == what).count() as u64;
+    let left_out = LeftOut {
+        isolated: count(Keep::Isolated),
+        without_spacing: count(Keep::WithoutSpacing),
+    };
+    let pairs = fitted.into_iter().zip(keep);
+    let kept = pairs.filter_map(|((disc, _), keep)| (keep == Keep::Kept).then_some(disc));
+    Ok(Prepared {
+        origin_in_world: cloud.origin_in_world,
+        discs: kept.collect(),
+        left_out,
+    })
+}
+
+/// What becomes of a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Keep {
+    Kept,
+    Isolated,
+    WithoutSpacing,
+}
+
+/// The disc of a place, and its reach: the distance of its farthest near neighbour.
+fn fitted(tree: &Tree, slot: usize, cloud: &PointCloud) -> (Disc, f32) {
+    let place = tree.places[slot];
+    let near = tree.nearest(place.at, NEAR);
+    let mut plane = plane_of(tree, place.at, &near);
+    if plane.roughness() > ROUGH {
+        let wide = plane_of(tree, place.at, &tree.nearest(place.at, WIDE));
+        if wide.roughness() < FLATTER * plane.roughness() {
+            plane = wide;
+        }
+    }
+    let others = near.squares().len() - 1;
+    let reach = near.squares()[others].sqrt();
+    // So many points lie in the circle to the farthest one, of which half belongs to it.
+    let area = std::f64::consts::PI * f64::from(reach).powi(2) / (others as f64 + 0.5).max(1.0);
+    let spacing = area.sqrt();
+    let cut = border(tree, place.at, &near, &plane).map_or(Vec3::ZERO, |outward| {
+        (outward / (BORDER_SPACINGS * spacing)).as_vec3()
+    });
+    let disc = Disc {
+        position: place.at.to_array(),
+        normal: plane.normal.as_vec3().to_array(),
+        cut: cut.to_array(),
+        spacing: spacing as f32,
+        thickness: plane.deviations[0] as f32,
+        colour: cloud.colours[place.index as usize],
+    };
+    (disc, reach)
+}
+
+fn plane_of(tree: &Tree, at: Vec3, nearest: &Nearest) -> Plane {
+    plane(
+        at,
+        nearest
+            .slots()
+            .iter()
+            .map(|&slot| tree.places[slot as usize].at),
+    )
+}
+
+/// The direction out of the surface, in its plane, of a point at its border.
+fn border(tree: &Tree, at: Vec3, near: &Nearest, plane: &Plane) -> Option<DVec3> {
+    let (u, v) = plane.normal.any_orthonormal_pair();
+    let mut angles = [0.0; NEAR];
+    let mut count = 0;
+    for &slot in near.slots() {
+        let offset = (tree.places[slot as usize].at - at).as_dvec3();
+        let flat = DVec2::new(offset.dot(u), offset.dot(v));
+        if flat != DVec2::ZERO {
+            angles[count] = flat.y.atan2(flat.x);
+            count += 1;
+        }
+    }
+    let angles = &mut angles[..count];
+    angles.sort_unstable_by(f64::total_cmp);
+    let (first, last) = (*angles.first()?, *angles.last()?);
+    let mut widest = [first + std::f64::consts::TAU - last, last];
+    for pair in angles.windows(2) {
+        if pair[1] - pair[0] > widest[0] {
+            widest = [pair[1] - pair[0], pair[0]];
+        }
+    }
+    let [gap, from] = widest;
+    let middle = from + 0.5 * gap;
+    (gap > BORDER_GAP_RAD).then(|| u * middle.cos() + v * middle.sin())
+}
+
+/// What becomes of the points of a block, whose first one has this slot.
+fn kept<'a>(
+    tree: &'a Tree,
+    all: &'a [(Disc, f32)],
+    block: &'a [(Disc, f32)],
+    first: usize,
+) -> impl Iterator<Item = Keep> + 'a {
+    let mut reaches: Vec<f32> = block.iter().map(|(_, reach)| *reach).collect();
+    let middle = reaches.len() / 2;
+    let usual = *reaches.select_nth_unstable_by(middle, f32::total_cmp).1;
+    let judge = move |(i, &(_, reach)): (usize, &(Disc, f32))| {
+        if !(reach > 0.0) {
+            Keep::WithoutSpacing
+        } else if reach > FAR_REACHES * usual && is_far(tree, all, first + i) {
+            Keep::Isolated
+        } else {
+            Keep::Kept
+        }
+    };
+    block.iter().enumerate().map(judge)
+}
+
+/// Whether most neighbours have nearer ones than this place.
+fn is_far(tree: &Tree, all: &[(Disc, f32)], slot: usize) -> bool {
+    let near = tree.nearest(tree.places[slot].at, NEAR);
+    let neighbours = || {
+        near.slots()
+            .iter()
+            .zip(near.squares())
+            .filter(|(s, _)| **s as usize != slot)
+    };
+    let far = neighbours().filter(|(s, square)| square.sqrt() > FAR_REACHES * all[**s as usize].1);
+    2 * far.count() > neighbours().count()
+}
