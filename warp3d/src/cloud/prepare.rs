@@ -17,6 +17,10 @@ use crate::cloud::points::PointCloud;
 /// to be flat. A guess within 9..20, which gave the same pictures.
 const NEAR: usize = 13;
 
+/// The neighbour whose distance says how far points lie apart: the first ring has six. Those of the second ring lie past the
+/// border of a surface for twice as many points.
+const RING: usize = 6;
+
 /// Points of a fit where the nearest ones are rough: twice the width, four times the points.
 const WIDE: usize = 48;
 
@@ -142,10 +146,10 @@ fn fitted(tree: &Tree, slot: usize, cloud: &PointCloud) -> (Disc, f32) {
     }
     let others = near.squares().len() - 1;
     let reach = near.squares()[others].sqrt();
-    // So many points lie in the circle to the farthest one, of which half belongs to it.
-    let area = std::f64::consts::PI * f64::from(reach).powi(2) / (others as f64 + 0.5).max(1.0);
-    let spacing = area.sqrt();
-    let cut = border(tree, place.at, &near, &plane).map_or(Vec3::ZERO, |outward| {
+    let border = border(tree, place.at, &near, &plane);
+    let empty = border.map_or(0.0, |(_, gap)| gap / std::f64::consts::TAU);
+    let spacing = spacing(&near, 1.0 - empty);
+    let cut = border.map_or(Vec3::ZERO, |(outward, _)| {
         (outward / (BORDER_SPACINGS * spacing)).as_vec3()
     });
     let disc = Disc {
@@ -169,8 +173,17 @@ fn plane_of(tree: &Tree, at: Vec3, nearest: &Nearest) -> Plane {
     )
 }
 
-/// The direction out of the surface, in its plane, of a point at its border.
-fn border(tree: &Tree, at: Vec3, near: &Nearest, plane: &Plane) -> Option<DVec3> {
+/// The root of the area of one point, where this part of the circle around it has points.
+fn spacing(near: &Nearest, part: f64) -> f64 {
+    let squares = near.squares();
+    let others = (squares.len() - 1).min(RING);
+    // The circle through a neighbour holds the point itself and half of that neighbour beside those within.
+    let points = (others as f64 + 0.5).max(1.0);
+    (part * std::f64::consts::PI * f64::from(squares[others]) / points).sqrt()
+}
+
+/// The direction out of the surface, in its plane, of a point at its border, and the angle without neighbours.
+fn border(tree: &Tree, at: Vec3, near: &Nearest, plane: &Plane) -> Option<(DVec3, f64)> {
     let (u, v) = plane.normal.any_orthonormal_pair();
     let mut angles = [0.0; NEAR];
     let mut count = 0;
@@ -193,7 +206,7 @@ fn border(tree: &Tree, at: Vec3, near: &Nearest, plane: &Plane) -> Option<DVec3>
     }
     let [gap, from] = widest;
     let middle = from + 0.5 * gap;
-    (gap > BORDER_GAP_RAD).then(|| u * middle.cos() + v * middle.sin())
+    (gap > BORDER_GAP_RAD).then(|| (u * middle.cos() + v * middle.sin(), gap))
 }
 
 /// What becomes of the points of a block, whose first one has this slot.

@@ -140,6 +140,7 @@ impl CloudRenderer {
         let job = TileJob {
             first,
             size: std::array::from_fn(|axis| (size[axis] - first[axis]).min(TILE_PX)),
+            picture: size,
             projection: camera.projection,
             blend: self.options.blend,
         };

@@ -58,6 +58,8 @@ pub(crate) struct TileJob {
     pub(crate) first: [usize; 2],
     /// Columns and rows in the picture.
     pub(crate) size: [usize; 2],
+    /// Columns and rows of the picture.
+    pub(crate) picture: [usize; 2],
     pub(crate) projection: Projection,
     pub(crate) blend: Blend,
 }
@@ -118,7 +120,7 @@ impl TileScratch {
         for y in 0..job.size[1] {
             for x in 0..job.size[0] {
                 let alpha = match &needed {
-                    Some(_) => self.alpha(x, y),
+                    Some(_) => self.alpha(job, x, y),
                     None => 1.0,
                 };
                 to.push(self.pixel(job, x, y, alpha));
@@ -143,16 +145,16 @@ impl TileScratch {
     fn rims(&mut self, job: &TileJob) -> Option<[bool; SIDE * SIDE]> {
         let mut needed = [false; SIDE * SIDE];
         let mut any = false;
-        let (columns, rows) = (job.size[0] + 2 * APRON_PX, job.size[1] + 2 * APRON_PX);
-        for y in 0..rows {
-            for x in 0..columns {
-                if self.front[y * SIDE + x] < f32::INFINITY || !inside_picture(job, x, y) {
+        let ([left, right], [top, bottom]) = (inside_picture(job, 0), inside_picture(job, 1));
+        for y in top..bottom {
+            for x in left..right {
+                if self.front[y * SIDE + x] < f32::INFINITY {
                     continue;
                 }
                 any = true;
-                for y in y.saturating_sub(2)..(y + 3).min(rows) {
-                    needed[y * SIDE + x.saturating_sub(2)..y * SIDE + (x + 3).min(columns)]
-                        .fill(true);
+                let columns = x.saturating_sub(2)..(x + 3).min(SIDE);
+                for y in y.saturating_sub(2)..(y + 3).min(SIDE) {
+                    needed[y * SIDE..][columns.clone()].fill(true);
                 }
             }
         }
@@ -216,13 +218,16 @@ impl TileScratch {
         });
     }
 
-    /// The part of the pixel's Gaussian that is covered.
-    fn alpha(&self, x: usize, y: usize) -> f32 {
+    /// The part of the pixel's Gaussian that is covered; the picture goes on past its border as it is there.
+    fn alpha(&self, job: &TileJob, x: usize, y: usize) -> f32 {
+        let ([left, right], [top, bottom]) = (inside_picture(job, 0), inside_picture(job, 1));
         let mut alpha = 0.0;
         for row in 0..3 * SUB {
+            let line = (y + row / SUB).clamp(top, bottom - 1) * SIDE;
             let mut sum = 0.0;
             for block in 0..3 {
-                let mask = self.masks[(y + row / SUB) * SIDE + x + block] >> (row % SUB * SUB);
+                let column = (x + block).clamp(left, right - 1);
+                let mask = self.masks[line + column] >> (row % SUB * SUB);
                 for sub in 0..SUB {
                     sum += self.kernel[block * SUB + sub] * f32::from(mask >> sub & 1);
                 }
@@ -343,14 +348,11 @@ fn exp_of_negative(x: f32) -> f32 {
     e * e
 }
 
-/// Whether a pixel of the tile with its apron lies in the picture; the picture's border covers nothing beyond it and uncovers
-/// nothing either.
-fn inside_picture(job: &TileJob, x: usize, y: usize) -> bool {
-    let inside = |place: usize, first: usize, size: usize| {
-        // The last tile ends with the picture, as the first one begins with it.
-        (place >= APRON_PX || first > 0) && (place < size + APRON_PX || size == TILE_PX)
-    };
-    inside(x, job.first[0], job.size[0]) && inside(y, job.first[1], job.size[1])
+/// Whether a place of the tile with its apron lies in the picture: first and end along one axis.
+fn inside_picture(job: &TileJob, axis: usize) -> [usize; 2] {
+    let before = APRON_PX.min(job.first[axis]);
+    let left = job.picture[axis] - job.first[axis];
+    [APRON_PX - before, APRON_PX + left.min(job.size[axis] + APRON_PX)]
 }
 
 /// Visits the pixels of a box that lie in the tile and its apron: their slot with the apron, and their centre, px.
