@@ -27,7 +27,7 @@ impl Default for CloudOptions {
     fn default() -> Self {
         Self {
             blend: Blend::default(),
-            sigma_spacings: 0.5,
+            sigma_spacings: 0.42,
             depth_tolerance_spacings: 1.0,
         }
     }

@@ -5,7 +5,7 @@
 //! A point that lies far from its neighbours, measured by the spacing that those have, is left out: it is a flying pixel,
 //! which a scanner makes where its beam meets two surfaces.
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::Error;
@@ -35,12 +35,15 @@ const FLATTER: f64 = 0.75;
 /// a wider false rim.
 const REACH_SPACINGS: f64 = 1.6;
 
-/// Largest angle between neighbours, as seen from a point, that is not yet the border of a surface. 12 random neighbours leave
-/// as much in one of 60 places; there the disc is cut where its neighbours cover it.
-const BORDER_GAP_RAD: f64 = 2.6;
+/// The mean of points in half a circle lies at 4 / (3 pi) of its radius.
+const HALF_MEAN: f64 = 0.42;
 
-/// A surface ends half a spacing past its outermost points.
-const BORDER_SPACINGS: f64 = 0.5;
+/// The mean of 12 points in a whole circle lies at 0.18 of its radius (root mean square); below this it is chance.
+const WHOLE_MEAN: f64 = 0.2;
+
+/// A surface ends this many spacings past the outermost of a point's neighbours. Half a spacing on a grid; 0.2 for jittered
+/// points, of which the outermost of a few lies nearer to the border. Between them.
+const BORDER_SPACINGS: f64 = 0.3;
 
 /// A point is far from a neighbour at this many of the neighbour's reaches (the distance of its twelfth neighbour). A guess:
 /// a scan's spacing changes little within 12 points.
@@ -146,12 +149,13 @@ fn fitted(tree: &Tree, slot: usize, cloud: &PointCloud) -> (Disc, f32) {
     }
     let others = near.squares().len() - 1;
     let reach = near.squares()[others].sqrt();
-    let border = border(tree, place.at, &near, &plane);
-    let empty = border.map_or(0.0, |(_, gap)| gap / std::f64::consts::TAU);
-    let spacing = spacing(&near, 1.0 - empty);
-    let cut = border.map_or(Vec3::ZERO, |(outward, _)| {
-        (outward / (BORDER_SPACINGS * spacing)).as_vec3()
-    });
+    let rim = rim(tree, place.at, &near, &plane);
+    let spacing = spacing(&near, rim.part);
+    let past = rim.extent + BORDER_SPACINGS * spacing;
+    let cut = match past < REACH_SPACINGS * spacing {
+        true => (rim.outward / past).as_vec3(),
+        false => Vec3::ZERO,
+    };
     let disc = Disc {
         position: place.at.to_array(),
         normal: plane.normal.as_vec3().to_array(),
@@ -182,31 +186,33 @@ fn spacing(near: &Nearest, part: f64) -> f64 {
     (part * std::f64::consts::PI * f64::from(squares[others]) / points).sqrt()
 }
 
-/// The direction out of the surface, in its plane, of a point at its border, and the angle without neighbours.
-fn border(tree: &Tree, at: Vec3, near: &Nearest, plane: &Plane) -> Option<(DVec3, f64)> {
-    let (u, v) = plane.normal.any_orthonormal_pair();
-    let mut angles = [0.0; NEAR];
-    let mut count = 0;
-    for &slot in near.slots() {
+/// How the neighbours of a point lie around it.
+struct Rim {
+    /// Unit direction in the plane in which fewest neighbours lie.
+    outward: DVec3,
+    /// How far the neighbours reach there, world units.
+    extent: f64,
+    /// The part of the circle through the farthest neighbour that has points.
+    part: f64,
+}
+
+/// Finds where the surface ends around a point: away from the mean of its neighbours.
+fn rim(tree: &Tree, at: Vec3, near: &Nearest, plane: &Plane) -> Rim {
+    let offset = |&slot: &u32| {
         let offset = (tree.places[slot as usize].at - at).as_dvec3();
-        let flat = DVec2::new(offset.dot(u), offset.dot(v));
-        if flat != DVec2::ZERO {
-            angles[count] = flat.y.atan2(flat.x);
-            count += 1;
-        }
+        offset - plane.normal * plane.normal.dot(offset)
+    };
+    let squares = near.squares();
+    let reach = f64::from(squares[squares.len() - 1]).sqrt();
+    let mean = near.slots().iter().map(offset).sum::<DVec3>() / squares.len() as f64;
+    let outward = (-mean).normalize_or_zero();
+    let extents = near.slots().iter().map(|slot| outward.dot(offset(slot)));
+    let one_sided = (mean.length() / reach - WHOLE_MEAN) / (HALF_MEAN - WHOLE_MEAN);
+    Rim {
+        outward,
+        extent: extents.fold(0.0, f64::max),
+        part: 1.0 - 0.5 * one_sided.clamp(0.0, 1.0),
     }
-    let angles = &mut angles[..count];
-    angles.sort_unstable_by(f64::total_cmp);
-    let (first, last) = (*angles.first()?, *angles.last()?);
-    let mut widest = [first + std::f64::consts::TAU - last, last];
-    for pair in angles.windows(2) {
-        if pair[1] - pair[0] > widest[0] {
-            widest = [pair[1] - pair[0], pair[0]];
-        }
-    }
-    let [gap, from] = widest;
-    let middle = from + 0.5 * gap;
-    (gap > BORDER_GAP_RAD).then(|| (u * middle.cos() + v * middle.sin(), gap))
 }
 
 /// What becomes of the points of a block, whose first one has this slot.

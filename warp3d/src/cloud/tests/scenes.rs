@@ -35,6 +35,8 @@ pub(super) struct Found {
     pub(super) holes: usize,
     /// Coverage outside the truth's, over the truth's whole coverage.
     pub(super) false_fill: f64,
+    /// Coverage that lacks inside the truth's, over the same.
+    pub(super) lacking: f64,
 }
 
 /// Pseudo-random numbers in 0..1 (SplitMix64).
@@ -158,7 +160,7 @@ pub(super) fn truth(scene: &Scene, camera: &Camera) -> Image {
 
 pub(super) fn against(image: &Image, truth: &Image) -> Found {
     let (mut inside, mut whole, mut count) = (0.0, 0.0, 0.0);
-    let (mut holes, mut extra, mut area) = (0, 0.0, 0.0);
+    let (mut holes, mut extra, mut lacking, mut area) = (0, 0.0, 0.0, 0.0);
     for (found, expected) in image.rgba.iter().zip(&truth.rgba) {
         let square = |c: usize| f64::from(found[c] - expected[c]).powi(2);
         let colour = (0..3).map(square).sum::<f64>() / 3.0;
@@ -168,6 +170,7 @@ pub(super) fn against(image: &Image, truth: &Image) -> Found {
         }
         whole += 0.75 * colour + 0.25 * square(3);
         extra += f64::from((found[3] - expected[3]).max(0.0));
+        lacking += f64::from((expected[3] - found[3]).max(0.0));
         area += f64::from(expected[3]);
     }
     let db = |square: f64| -10.0 * square.log10();
@@ -176,5 +179,6 @@ pub(super) fn against(image: &Image, truth: &Image) -> Found {
         whole_db: db(whole / truth.rgba.len() as f64),
         holes,
         false_fill: extra / area,
+        lacking: lacking / area,
     }
 }
