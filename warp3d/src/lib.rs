@@ -45,6 +45,7 @@ pub mod keys;
 mod fill;
 mod paper;
 pub mod warper;
+pub mod cloud;
 pub mod stats;
 pub mod memory;
 

@@ -1,0 +1,54 @@
+//! Scans of points without a grid, drawn as opaque surfaces.
+//!
+//! Takes a [`PointCloud`] (positions and sRGB colours in any order), returns for each camera a linear premultiplied picture
+//! with depth. In the order in which data flow: `points` checks the points; `cells` sorts them into a tree and finds
+//! neighbours; `fit` lays a plane through neighbours; `prepare` makes a disc of each point and leaves out flying pixels;
+//! `project` puts discs on the screen and lists them by tile; `tile` draws 16x16 pixels; `renderer` drives it all.
+//!
+//! The method is that of surface splats: discs in the tangent planes of their points (Zwicker et al., "Surface splatting",
+//! 2001), met by each pixel's ray with exact perspective (Botsch et al., "High-quality surface splatting on today's GPUs",
+//! 2005), visibility first and then a normalised blend. The blend is a linear fit instead of a mean (moving least squares,
+//! Lancaster and Salkauskas 1981), so that irregular points do not shift the colours.
+//!
+//! Limits: one surface a pixel, so that an edge of one surface before another has steps of one pixel, while the edge
+//! before the empty background is antialiased. A point whose centre is before the near plane is left out whole. Points
+//! have one colour from all directions.
+//!
+//! ```
+//! use resample_core::{Camera, LookAt};
+//! use warp3d::cloud::{CloudOptions, CloudRenderer, PointCloud, prepare};
+//!
+//! let places = (0..900).map(|i| [(i % 30) as f32, (i / 30) as f32, 0.0]);
+//! let cloud = PointCloud {
+//!     origin_in_world: [0.0; 3].into(),
+//!     positions: places.collect(),
+//!     colours: vec![[188; 3]; 900],
+//! };
+//! let mut renderer = CloudRenderer::new(prepare(&cloud)?, &CloudOptions::default())?;
+//! let pose = LookAt {
+//!     position: [14.5, 14.5, 40.0].into(),
+//!     target: [14.5, 14.5, 0.0].into(),
+//!     up: [0.0, 1.0, 0.0].into(),
+//! };
+//! let image = renderer.render(&Camera::perspective(&pose, 0.9, [64, 48])?)?.image;
+//! assert_eq!(image.pixel(32, 24)[3], 1.0);
+//! assert_eq!(image.pixel(0, 0)[3], 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod points;
+mod cells;
+mod fit;
+mod prepare;
+mod options;
+mod project;
+mod tile;
+mod renderer;
+
+pub use options::{Blend, CloudOptions};
+pub use points::PointCloud;
+pub use prepare::{Disc, LeftOut, Prepared, prepare};
+pub use renderer::{CloudFrame, CloudRenderer, CloudStats};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,251 @@
+//! Discs from points: each point gets a normal, a radius, a thickness and, at the border of a surface, a cut.
+//!
+//! Takes a [`PointCloud`], returns [`Prepared`]: one disc of 48 bytes per point that is kept, neighbours near each other in
+//! memory. The plane comes from the nearest points; where they are thick against their width (noise), from more of them.
+//! A point that lies far from its neighbours, measured by the spacing that those have, is left out: it is a flying pixel,
+//! which a scanner makes where its beam meets two surfaces.
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::Error;
+use crate::cloud::cells::{Nearest, Tree};
+use crate::cloud::fit::{Plane, plane};
+use crate::cloud::points::PointCloud;
+
+/// Points of a fit, the point itself among them: two rings around it on a grid have 8 and 16, of which 12 are near enough
+/// to be flat. A guess within 9..20, which gave the same pictures.
+const NEAR: usize = 13;
+
+/// The neighbour whose distance says how far points lie apart: the first ring has six. Those of the second ring lie past the
+/// border of a surface for twice as many points.
+const RING: usize = 6;
+
+/// Points of a fit where the nearest ones are rough: twice the width, four times the points.
+const WIDE: usize = 48;
+
+/// A fit is rough above this thickness against its width. A sphere whose radius is three spacings has 0.2; a guess.
+const ROUGH: f64 = 0.2;
+
+/// The wider fit replaces the near one if it is so much flatter: noise has half the roughness at twice the width, an edge
+/// or a ball has the same; the middle of both.
+const FLATTER: f64 = 0.75;
+
+/// Discs reach this many spacings, which covers the gaps of jittered points. Measured: 1.5 leaves holes at random, 2 gives
+/// a wider false rim.
+const REACH_SPACINGS: f64 = 1.6;
+
+/// The mean of points in half a circle lies at 4 / (3 pi) of its radius.
+const HALF_MEAN: f64 = 0.42;
+
+/// The mean of 12 points in a whole circle lies at 0.18 of its radius (root mean square); below this it is chance.
+const WHOLE_MEAN: f64 = 0.2;
+
+/// A surface ends this many spacings past the outermost of a point's neighbours. Half a spacing on a grid; 0.2 for jittered
+/// points, of which the outermost of a few lies nearer to the border. Between them.
+const BORDER_SPACINGS: f64 = 0.3;
+
+/// A point is far from a neighbour at this many of the neighbour's reaches (the distance of its twelfth neighbour). A guess:
+/// a scan's spacing changes little within 12 points.
+const FAR_REACHES: f32 = 1.6;
+
+/// Points in a row of the tree's order whose reaches are compared, to look for far points only where one may be.
+const BLOCK: usize = 256;
+
+/// A disc of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// The middle relative to the origin, world units.
+    pub position: [f32; 3],
+    /// Unit normal; its sign means nothing.
+    pub normal: [f32; 3],
+    /// Cut of a disc at the border of a surface: offsets from the middle whose product with this is above 1 lie outside. 0
+    /// elsewhere; per world unit.
+    pub cut: [f32; 3],
+    /// Mean distance between the points here: the root of the area that one has, world units.
+    pub spacing: f32,
+    /// Standard deviation of the points from their plane, world units.
+    pub thickness: f32,
+    /// Colour, sRGB.
+    pub colour: [u8; 3],
+}
+
+/// Points that got no disc.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LeftOut {
+    /// Points far from all others.
+    pub isolated: u64,
+    /// Points with 12 others in the same place, or without any other: they have no spacing.
+    pub without_spacing: u64,
+}
+
+/// Discs of a cloud.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prepared {
+    /// The place that discs are relative to, world units.
+    pub origin_in_world: DVec3,
+    /// Discs; those of neighbouring points lie near each other.
+    pub discs: Vec<Disc>,
+    /// How many points are left out.
+    pub left_out: LeftOut,
+}
+
+impl Disc {
+    /// Radius of the disc, world units.
+    pub fn radius(&self) -> f32 {
+        REACH_SPACINGS as f32 * self.spacing
+    }
+}
+
+/// Makes discs of points.
+///
+/// # Errors
+/// [`Error::Input`] for a cloud that [`PointCloud::validate`] refuses.
+pub fn prepare(cloud: &PointCloud) -> Result<Prepared, Error> {
+    cloud.validate()?;
+    let tree = Tree::new(&cloud.positions);
+    let slots = 0..tree.places.len();
+    let fitted: Vec<(Disc, f32)> = slots
+        .into_par_iter()
+        .map(|slot| fitted(&tree, slot, cloud))
+        .collect();
+    let keep: Vec<Keep> = fitted
+        .par_chunks(BLOCK)
+        .enumerate()
+        .flat_map_iter(|(block, discs)| kept(&tree, &fitted, discs, block * BLOCK))
+        .collect();
+    let count = |what| keep.par_iter().filter(|&&k| k == what).count() as u64;
+    let left_out = LeftOut {
+        isolated: count(Keep::Isolated),
+        without_spacing: count(Keep::WithoutSpacing),
+    };
+    let pairs = fitted.into_iter().zip(keep);
+    let kept = pairs.filter_map(|((disc, _), keep)| (keep == Keep::Kept).then_some(disc));
+    Ok(Prepared {
+        origin_in_world: cloud.origin_in_world,
+        discs: kept.collect(),
+        left_out,
+    })
+}
+
+/// What becomes of a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Keep {
+    Kept,
+    Isolated,
+    WithoutSpacing,
+}
+
+/// The disc of a place, and its reach: the distance of its farthest near neighbour.
+fn fitted(tree: &Tree, slot: usize, cloud: &PointCloud) -> (Disc, f32) {
+    let place = tree.places[slot];
+    let near = tree.nearest(place.at, NEAR);
+    let mut plane = plane_of(tree, place.at, &near);
+    if plane.roughness() > ROUGH {
+        let wide = plane_of(tree, place.at, &tree.nearest(place.at, WIDE));
+        if wide.roughness() < FLATTER * plane.roughness() {
+            plane = wide;
+        }
+    }
+    let others = near.squares().len() - 1;
+    let reach = near.squares()[others].sqrt();
+    let rim = rim(tree, place.at, &near, &plane);
+    let spacing = spacing(&near, rim.part);
+    let past = rim.extent + BORDER_SPACINGS * spacing;
+    let cut = match past < REACH_SPACINGS * spacing {
+        true => (rim.outward / past).as_vec3(),
+        false => Vec3::ZERO,
+    };
+    let disc = Disc {
+        position: place.at.to_array(),
+        normal: plane.normal.as_vec3().to_array(),
+        cut: cut.to_array(),
+        spacing: spacing as f32,
+        thickness: plane.deviations[0] as f32,
+        colour: cloud.colours[place.index as usize],
+    };
+    (disc, reach)
+}
+
+fn plane_of(tree: &Tree, at: Vec3, nearest: &Nearest) -> Plane {
+    plane(
+        at,
+        nearest
+            .slots()
+            .iter()
+            .map(|&slot| tree.places[slot as usize].at),
+    )
+}
+
+/// The root of the area of one point, where this part of the circle around it has points.
+fn spacing(near: &Nearest, part: f64) -> f64 {
+    let squares = near.squares();
+    let others = (squares.len() - 1).min(RING);
+    // The circle through a neighbour holds the point itself and half of that neighbour beside those within.
+    let points = (others as f64 + 0.5).max(1.0);
+    (part * std::f64::consts::PI * f64::from(squares[others]) / points).sqrt()
+}
+
+/// How the neighbours of a point lie around it.
+struct Rim {
+    /// Unit direction in the plane in which fewest neighbours lie.
+    outward: DVec3,
+    /// How far the neighbours reach there, world units.
+    extent: f64,
+    /// The part of the circle through the farthest neighbour that has points.
+    part: f64,
+}
+
+/// Finds where the surface ends around a point: away from the mean of its neighbours.
+fn rim(tree: &Tree, at: Vec3, near: &Nearest, plane: &Plane) -> Rim {
+    let offset = |&slot: &u32| {
+        let offset = (tree.places[slot as usize].at - at).as_dvec3();
+        offset - plane.normal * plane.normal.dot(offset)
+    };
+    let squares = near.squares();
+    let reach = f64::from(squares[squares.len() - 1]).sqrt();
+    let mean = near.slots().iter().map(offset).sum::<DVec3>() / squares.len() as f64;
+    let outward = (-mean).normalize_or_zero();
+    let extents = near.slots().iter().map(|slot| outward.dot(offset(slot)));
+    let one_sided = (mean.length() / reach - WHOLE_MEAN) / (HALF_MEAN - WHOLE_MEAN);
+    Rim {
+        outward,
+        extent: extents.fold(0.0, f64::max),
+        part: 1.0 - 0.5 * one_sided.clamp(0.0, 1.0),
+    }
+}
+
+/// What becomes of the points of a block, whose first one has this slot.
+fn kept<'a>(
+    tree: &'a Tree,
+    all: &'a [(Disc, f32)],
+    block: &'a [(Disc, f32)],
+    first: usize,
+) -> impl Iterator<Item = Keep> + 'a {
+    let mut reaches: Vec<f32> = block.iter().map(|(_, reach)| *reach).collect();
+    let middle = reaches.len() / 2;
+    let usual = *reaches.select_nth_unstable_by(middle, f32::total_cmp).1;
+    let judge = move |(i, &(_, reach)): (usize, &(Disc, f32))| {
+        if !(reach > 0.0) {
+            Keep::WithoutSpacing
+        } else if reach > FAR_REACHES * usual && is_far(tree, all, first + i) {
+            Keep::Isolated
+        } else {
+            Keep::Kept
+        }
+    };
+    block.iter().enumerate().map(judge)
+}
+
+/// Whether most neighbours have nearer ones than this place.
+fn is_far(tree: &Tree, all: &[(Disc, f32)], slot: usize) -> bool {
+    let near = tree.nearest(tree.places[slot].at, NEAR);
+    let neighbours = || {
+        near.slots()
+            .iter()
+            .zip(near.squares())
+            .filter(|(s, _)| **s as usize != slot)
+    };
+    let far = neighbours().filter(|(s, square)| square.sqrt() > FAR_REACHES * all[**s as usize].1);
+    2 * far.count() > neighbours().count()
+}

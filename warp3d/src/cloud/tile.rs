@@ -1,0 +1,378 @@
+//! One tile of 16x16 px, with an apron: visibility, then the blend, then coverage.
+//!
+//! Takes the splats of a tile, returns colour and depth of its pixels. The front is, at each pixel, the least depth of
+//! a disc there plus the disc's tolerance; a disc before it belongs to the visible surface, and all that do are blended. A pixel whose
+//! neighbours are all covered is opaque. Else 4x4 subpixels, of it and of its neighbours, say whether a disc covers
+//! them, and the pixel's Gaussian sums them.
+
+use resample_core::Projection;
+use resample_core::point::PIXEL_SIGMA_PX;
+use resample_core::tile::TILE_PX;
+
+use crate::cloud::options::Blend;
+use crate::cloud::project::{APRON_PX, REACH_SIGMAS, Splat};
+
+/// Side of the tile with its apron, px.
+const SIDE: usize = TILE_PX + 2 * APRON_PX;
+
+/// Subpixels of a pixel along one axis. The error of the coverage of an edge along an axis is then at most 1/8 of the Gaussian's
+/// mass in a quarter pixel, 0.025.
+const SUB: usize = 4;
+
+/// A linear fit moves the colour by at most this many standard deviations of the offsets of the discs: beyond them it
+/// extrapolates. A guess.
+const MOST_SHIFT: f32 = 1.0;
+
+/// Weights below this are rounding.
+const LEAST_WEIGHT: f32 = 1e-12;
+
+/// What one pixel of the blend sums: of each disc the weight, its colour and depth, and their moments with the offset.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    weight: f32,
+    /// Red, green, blue, depth less the front's.
+    values: [f32; 4],
+    offset: [f32; 2],
+    /// xx, xy, yy.
+    square: [f32; 3],
+    /// Values times the offset along x and along y.
+    slopes: [[f32; 4]; 2],
+}
+
+/// The buffers of a tile.
+#[derive(Clone, Debug)]
+pub(crate) struct TileScratch {
+    /// The farthest depth of the visible surface, of the tile with its apron; infinite where no disc is.
+    front: [f32; SIDE * SIDE],
+    /// Covered subpixels.
+    masks: [u16; SIDE * SIDE],
+    sums: [Sums; TILE_PX * TILE_PX],
+    /// Weights of the subpixels of three pixels along one axis.
+    kernel: [f32; 3 * SUB],
+}
+
+/// Where a tile lies and how it is drawn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TileJob {
+    /// First pixel column and row.
+    pub(crate) first: [usize; 2],
+    /// Columns and rows in the picture.
+    pub(crate) size: [usize; 2],
+    /// Columns and rows of the picture.
+    pub(crate) picture: [usize; 2],
+    pub(crate) projection: Projection,
+    pub(crate) blend: Blend,
+}
+
+/// A drawn pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pixel {
+    /// Linear premultiplied colour and alpha.
+    pub(crate) rgba: [f32; 4],
+    /// Camera z; infinite where nothing is.
+    pub(crate) depth: f32,
+}
+
+const EMPTY: Pixel = Pixel {
+    rgba: [0.0; 4],
+    depth: f32::INFINITY,
+};
+
+/// A disc at one pixel: its depth and, for perspective, that over the depth of its middle.
+struct Met {
+    z: f32,
+    ratio: f32,
+}
+
+impl TileScratch {
+    pub(crate) fn new() -> Self {
+        let middle = 0.5 * (3 * SUB) as f64 - 0.5;
+        let weight = |i: usize| {
+            let d = (i as f64 - middle) / (SUB as f64 * PIXEL_SIGMA_PX);
+            (-0.5 * d * d).exp()
+        };
+        let sum: f64 = (0..3 * SUB).map(weight).sum();
+        Self {
+            front: [f32::INFINITY; SIDE * SIDE],
+            masks: [0; SIDE * SIDE],
+            sums: [Sums::default(); TILE_PX * TILE_PX],
+            kernel: std::array::from_fn(|i| (weight(i) / sum) as f32),
+        }
+    }
+
+    /// Draws a tile; `splats` may be walked several times, in the order of the source.
+    pub(crate) fn draw<'a, S>(&mut self, job: &TileJob, splats: impl Fn() -> S, to: &mut Vec<Pixel>)
+    where
+        S: Iterator<Item = &'a Splat>,
+    {
+        self.front.fill(f32::INFINITY);
+        self.sums.fill(Sums::default());
+        splats().for_each(|splat| self.find_front(job, splat));
+        let needed = self.rims(job);
+        if needed.is_some() {
+            self.widen_front();
+        }
+        splats().for_each(|splat| self.add(job, splat));
+        if let Some(needed) = &needed {
+            splats().for_each(|splat| self.cover(job, splat, needed));
+        }
+        to.clear();
+        for y in 0..job.size[1] {
+            for x in 0..job.size[0] {
+                let alpha = match &needed {
+                    Some(_) => self.alpha(job, x, y),
+                    None => 1.0,
+                };
+                to.push(self.pixel(job, x, y, alpha));
+            }
+        }
+    }
+
+    /// Lowers the front to where a disc is, at the pixels whose centres it covers.
+    fn find_front(&mut self, job: &TileJob, splat: &Splat) {
+        for_each_pixel(job, &splat.disc_box, APRON_PX, |slot, centre| {
+            let (dx, dy) = (centre[0] - splat.at[0], centre[1] - splat.at[1]);
+            let met = splat.met(job.projection, dx, dy);
+            if splat.covers(&met, dx, dy) {
+                let front = &mut self.front[slot];
+                *front = front.min(met.z + splat.tolerance);
+            }
+        });
+    }
+
+    /// The pixels of the tile with its apron whose subpixels matter: those within two of an uncovered one. `None` where every
+    /// pixel is covered.
+    fn rims(&mut self, job: &TileJob) -> Option<[bool; SIDE * SIDE]> {
+        let mut needed = [false; SIDE * SIDE];
+        let mut any = false;
+        let ([left, right], [top, bottom]) = (inside_picture(job, 0), inside_picture(job, 1));
+        for y in top..bottom {
+            for x in left..right {
+                if self.front[y * SIDE + x] < f32::INFINITY {
+                    continue;
+                }
+                any = true;
+                let columns = x.saturating_sub(2)..(x + 3).min(SIDE);
+                for y in y.saturating_sub(2)..(y + 3).min(SIDE) {
+                    needed[y * SIDE..][columns.clone()].fill(true);
+                }
+            }
+        }
+        for (mask, &needed) in self.masks.iter_mut().zip(&needed) {
+            *mask = if needed { 0 } else { u16::MAX };
+        }
+        any.then_some(needed)
+    }
+
+    /// Gives an uncovered pixel, which may be covered in part, the least front of its neighbours.
+    fn widen_front(&mut self) {
+        let narrow = self.front;
+        for y in 1..SIDE - 1 {
+            for x in 1..SIDE - 1 {
+                if narrow[y * SIDE + x] < f32::INFINITY {
+                    continue;
+                }
+                let rows = (y - 1..y + 2).flat_map(|y| &narrow[y * SIDE + x - 1..y * SIDE + x + 2]);
+                self.front[y * SIDE + x] = rows.fold(f32::INFINITY, |a, &b| a.min(b));
+            }
+        }
+    }
+
+    /// Adds a disc to the blend of the pixels where it belongs to the visible surface.
+    fn add(&mut self, job: &TileJob, splat: &Splat) {
+        let (front, sums) = (&self.front, &mut self.sums);
+        for_each_pixel(job, &splat.blend_box, 0, |slot, centre| {
+            let (dx, dy) = (centre[0] - splat.at[0], centre[1] - splat.at[1]);
+            let met = splat.met(job.projection, dx, dy);
+            let q = met.ratio * met.ratio * form(&splat.gaussian, dx, dy);
+            let front = front[slot];
+            if q > (REACH_SIGMAS * REACH_SIGMAS) as f32 || met.z > front {
+                return;
+            }
+            let (x, y) = (slot % SIDE - APRON_PX, slot / SIDE - APRON_PX);
+            let weight = splat.weight * exp_of_negative(-0.5 * q);
+            let depth = if front < f32::INFINITY {
+                met.z - front
+            } else {
+                met.z
+            };
+            let [r, g, b] = splat.rgb;
+            sums[y * TILE_PX + x].add(weight, [r, g, b, depth], [-dx, -dy]);
+        });
+    }
+
+    /// Marks the subpixels that a disc covers.
+    fn cover(&mut self, job: &TileJob, splat: &Splat, needed: &[bool; SIDE * SIDE]) {
+        let masks = &mut self.masks;
+        for_each_pixel(job, &splat.disc_box, APRON_PX, |slot, centre| {
+            if !needed[slot] || masks[slot] == u16::MAX {
+                return;
+            }
+            for sub in 0..SUB * SUB {
+                let place = |i: usize| (i as f32 + 0.5) / SUB as f32 - 0.5;
+                let dx = centre[0] + place(sub % SUB) - splat.at[0];
+                let dy = centre[1] + place(sub / SUB) - splat.at[1];
+                let met = splat.met(job.projection, dx, dy);
+                masks[slot] |= u16::from(splat.covers(&met, dx, dy)) << sub;
+            }
+        });
+    }
+
+    /// The part of the pixel's Gaussian that is covered; the picture goes on past its border as it is there.
+    fn alpha(&self, job: &TileJob, x: usize, y: usize) -> f32 {
+        let ([left, right], [top, bottom]) = (inside_picture(job, 0), inside_picture(job, 1));
+        let mut alpha = 0.0;
+        for row in 0..3 * SUB {
+            let line = (y + row / SUB).clamp(top, bottom - 1) * SIDE;
+            let mut sum = 0.0;
+            for block in 0..3 {
+                let column = (x + block).clamp(left, right - 1);
+                let mask = self.masks[line + column] >> (row % SUB * SUB);
+                for sub in 0..SUB {
+                    sum += self.kernel[block * SUB + sub] * f32::from(mask >> sub & 1);
+                }
+            }
+            alpha += self.kernel[row] * sum;
+        }
+        // The weights sum to 1 but for rounding.
+        if alpha > 1.0 - 1e-5 { 1.0 } else { alpha }
+    }
+
+    fn pixel(&self, job: &TileJob, x: usize, y: usize, alpha: f32) -> Pixel {
+        let sums = &self.sums[y * TILE_PX + x];
+        if !(alpha > 0.0 && sums.weight > LEAST_WEIGHT) {
+            return EMPTY;
+        }
+        let [r, g, b, depth] = sums.value(job.blend);
+        let front = self.front[(y + APRON_PX) * SIDE + x + APRON_PX];
+        let light = |c: f32| alpha * c.clamp(0.0, 1.0);
+        Pixel {
+            rgba: [light(r), light(g), light(b), alpha],
+            depth: if front < f32::INFINITY {
+                front + depth
+            } else {
+                depth
+            },
+        }
+    }
+}
+
+impl Splat {
+    fn met(&self, projection: Projection, dx: f32, dy: f32) -> Met {
+        let change = self.slope[0] * dx + self.slope[1] * dy;
+        let (nearest, farthest) = (self.z - self.half_depth, self.z + self.half_depth);
+        match projection {
+            // z = middle's z / (1 - change); beyond the horizon of the plane it is as far as the disc goes.
+            Projection::Perspective => {
+                let z = self.z / (1.0 - change).max(f32::MIN_POSITIVE);
+                let z = z.clamp(nearest.max(0.0), farthest);
+                Met {
+                    z,
+                    ratio: z / self.z,
+                }
+            }
+            Projection::Orthographic => Met {
+                z: (self.z + change).clamp(nearest, farthest),
+                ratio: 1.0,
+            },
+        }
+    }
+
+    fn covers(&self, met: &Met, dx: f32, dy: f32) -> bool {
+        let q = met.ratio * met.ratio * form(&self.disc, dx, dy);
+        let cut = met.ratio * (self.cut[0] * dx + self.cut[1] * dy);
+        q <= 1.0 && cut <= 1.0
+    }
+}
+
+impl Sums {
+    fn add(&mut self, weight: f32, values: [f32; 4], [dx, dy]: [f32; 2]) {
+        self.weight += weight;
+        let (wx, wy) = (weight * dx, weight * dy);
+        for (i, value) in values.into_iter().enumerate() {
+            self.values[i] += weight * value;
+            self.slopes[0][i] += wx * value;
+            self.slopes[1][i] += wy * value;
+        }
+        self.offset[0] += wx;
+        self.offset[1] += wy;
+        self.square[0] += wx * dx;
+        self.square[1] += wx * dy;
+        self.square[2] += wy * dy;
+    }
+
+    /// The mean, or the fitted line at the pixel's centre.
+    fn value(&self, blend: Blend) -> [f32; 4] {
+        let scale = 1.0 / self.weight;
+        let mean = self.values.map(|v| v * scale);
+        if blend == Blend::Mean {
+            return mean;
+        }
+        let [x, y] = self.offset.map(|o| o * scale);
+        let [xx, xy, yy] = self.square.map(|s| s * scale);
+        let (xx, xy, yy) = (xx - x * x, xy - x * y, yy - y * y);
+        // A tenth of a tenth of the pixel's own variance: discs in one place have no slope.
+        let ridge = 0.01 * (PIXEL_SIGMA_PX * PIXEL_SIGMA_PX) as f32;
+        let (xx, yy) = (xx + ridge, yy + ridge);
+        let determinant = xx * yy - xy * xy;
+        // The mean's place in standard deviations, and the weights of the slopes that lead from there to the pixel.
+        let (ax, ay) = (
+            (yy * x - xy * y) / determinant,
+            (xx * y - xy * x) / determinant,
+        );
+        let shift = (ax * x + ay * y).max(0.0).sqrt();
+        let part = if shift > MOST_SHIFT {
+            MOST_SHIFT / shift
+        } else {
+            1.0
+        };
+        std::array::from_fn(|i| {
+            let along_x = self.slopes[0][i] * scale - mean[i] * x;
+            let along_y = self.slopes[1][i] * scale - mean[i] * y;
+            mean[i] - part * (ax * along_x + ay * along_y)
+        })
+    }
+}
+
+fn form(form: &[f32; 3], dx: f32, dy: f32) -> f32 {
+    form[0] * dx * dx + form[1] * dx * dy + form[2] * dy * dy
+}
+
+/// e^x for -8 <= x <= 0 as (e^(x/16))^16 with four terms: the error is below 2e-3 of the value at -8 and 1e-6 above -2.
+fn exp_of_negative(x: f32) -> f32 {
+    let x = x * (1.0 / 16.0);
+    let e = 1.0 + x * (1.0 + x * (0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0))));
+    let e = e * e;
+    let e = e * e;
+    let e = e * e;
+    e * e
+}
+
+/// Whether a place of the tile with its apron lies in the picture: first and end along one axis.
+fn inside_picture(job: &TileJob, axis: usize) -> [usize; 2] {
+    let before = APRON_PX.min(job.first[axis]);
+    let left = job.picture[axis] - job.first[axis];
+    [APRON_PX - before, APRON_PX + left.min(job.size[axis] + APRON_PX)]
+}
+
+/// Visits the pixels of a box that lie in the tile and its apron: their slot with the apron, and their centre, px.
+fn for_each_pixel(
+    job: &TileJob,
+    &[x0, y0, x1, y1]: &[u16; 4],
+    apron: usize,
+    mut visit: impl FnMut(usize, [f32; 2]),
+) {
+    let range = |axis: usize, first: u16, end: u16| {
+        let start = job.first[axis];
+        let low = usize::from(first).max(start.saturating_sub(apron));
+        let high = usize::from(end).min(start + job.size[axis] + apron);
+        low..high
+    };
+    for y in range(1, y0, y1) {
+        let row = (y + APRON_PX - job.first[1]) * SIDE;
+        for x in range(0, x0, x1) {
+            let slot = row + x + APRON_PX - job.first[0];
+            visit(slot, [x as f32 + 0.5, y as f32 + 0.5]);
+        }
+    }
+}
