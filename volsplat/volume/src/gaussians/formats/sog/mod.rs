@@ -60,7 +60,7 @@ pub(crate) fn is_bundle(path: &Path) -> bool {
 
 /// Reads a folder, a description or an archive.
 pub(crate) fn load(path: &Path, gate: &Gate, notes: &mut Vec<String>) -> Result<Gaussians, Error> {
-    let read = || {
+    let mut read = || {
         let (mut source, json) = open(path, gate)?;
         let meta = Meta::read(&json)?;
         Pictures::read(&meta, &mut source, gate)?.gaussians(&meta, notes)
