@@ -3,8 +3,8 @@
 //! The format of a file follows from its content, never from its name. A header's claims are held against the length of the
 //! file before anything is allocated. [`colour`] and [`depth`] give pictures and depths, into memory or, through a
 //! [`Receiver`], wherever the caller keeps them; [`whole_picture`] decodes a
-//! picture's bytes at once; [`npy`] and [`tiff`] read headers for readers of other things. [`gate`] says which names inside files are
-//! followed, and how much memory their data may take.
+//! picture's bytes at once; [`npy`], [`ply`] and [`tiff`] read headers and tables for readers of other things. [`gate`] says
+//! which names inside files are followed, and how much memory their data may take.
 //! Limits: one picture a file.
 //!
 //! ```
@@ -32,7 +32,7 @@ pub mod whole_picture;
 
 pub use crate::picture::{Plane, Stored};
 pub use files::{MAX_PIXELS, Part};
-pub use formats::{exr, npy, tiff};
+pub use formats::{exr, npy, ply, tiff};
 pub use gate::{Gate, Outside};
 pub use picture::Picture;
 pub use receiver::{Receiver, Room};

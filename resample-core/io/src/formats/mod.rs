@@ -6,3 +6,4 @@ pub mod exr;
 pub mod tiff;
 pub(crate) mod pfm;
 pub mod npy;
+pub mod ply;

@@ -4,10 +4,16 @@
 //! them. Nothing that is not finite gets in.
 
 mod harmonics;
+#[cfg(feature = "input")]
+mod formats;
+#[cfg(feature = "input")]
+mod load;
 
 use glam::{DVec3, Quat, Vec3};
 
 pub use harmonics::{Harmonics, basis};
+#[cfg(feature = "input")]
+pub use load::{GaussianFormat, GaussianLoadOptions, gaussian_format_of, is_gaussians, load};
 
 /// The space in which colours are blended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -16,7 +16,9 @@ mod load;
 mod colours;
 
 pub use colours::{ColourVoxels, arrays_of, colours_of, load_colours};
-pub(crate) use file::{Parts, cannot_read, invalid, open, open_sized, unsupported_file};
+pub(crate) use file::{
+    Fault, Parts, cannot_read, invalid, open, open_sized, unsupported, unsupported_file,
+};
 pub use format::{Format, format_of};
 pub use formats::tiff_stack::pages_of;
 pub use load::{Unread, load, load_components, of_memory, open_unread, peek};
