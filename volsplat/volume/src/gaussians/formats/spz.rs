@@ -122,16 +122,6 @@ pub(crate) fn load(path: &Path, gate: &Gate, notes: &mut Vec<String>) -> Result<
     read.map_err(|fault| fault.at(path))
 }
 
-/// Reads the bytes of a file that lies in another one.
-pub(crate) fn from_bytes(
-    bytes: &[u8],
-    gate: &Gate,
-    notes: &mut Vec<String>,
-) -> Result<Gaussians, Fault> {
-    let (header, all) = gzipped(bytes, bytes.len() as u64, gate)?;
-    gaussians(&header, &all, notes)
-}
-
 type Attributes = [Vec<u8>; ATTRIBUTES];
 
 fn attributes(
