@@ -116,14 +116,20 @@ fn gaussians(
     sink::ask(gate, degree, count, in_memory.sum())?;
     let mut sink = Sink::with_capacity(degree, count);
     let mut coefficients = vec![0.0; sink::coefficients_of(degree)];
+    let mut logs = 0;
     for (field, placement) in &fields {
+        let are_logs = field.has_logs();
+        logs += u32::from(are_logs);
         for index in 0..field.count() {
             let mut stored = field.gaussian(index, &mut coefficients);
+            if are_logs {
+                stored.scales = stored.scales.exp();
+            }
             placement.apply(&mut stored, &mut coefficients);
             sink.push(&stored, &coefficients);
         }
     }
-    if fields.iter().any(|(field, _)| field.are_logs) {
+    if logs > 0 {
         notes.push(format!(
             "its scales are logarithms, as in drafts of {EXTENSION}: a plain one is never below 0"
         ));
@@ -213,8 +219,6 @@ struct Field<'a> {
     positions: Numbers<'a, 3>,
     rotations: Numbers<'a, 4>,
     scales: Numbers<'a, 3>,
-    /// The scales are logarithms.
-    are_logs: bool,
     opacities: Numbers<'a, 1>,
     constants: Numbers<'a, 3>,
     /// The coefficients of degrees 1 and more.
@@ -252,11 +256,10 @@ impl<'a> Field<'a> {
                 rest.push(attributes.numbers(&name, Integers::AsMarked)?);
             }
         }
-        let mut field = Self {
+        let field = Self {
             positions: attributes.numbers("POSITION", Integers::AsMarked)?,
             rotations: attributes.numbers(&prefixed("ROTATION"), Integers::Fractions)?,
             scales: attributes.numbers(&prefixed("SCALE"), Integers::AsMarked)?,
-            are_logs: false,
             opacities: attributes.numbers(&prefixed("OPACITY"), Integers::Fractions)?,
             constants: attributes.numbers(&harmonic(0, 0), Integers::AsMarked)?,
             rest,
@@ -264,8 +267,6 @@ impl<'a> Field<'a> {
             blend_space,
         };
         field.check_counts()?;
-        let is_log = |index| field.scales.get(index).iter().any(|scale| *scale < 0.0);
-        field.are_logs = (0..field.count()).any(is_log);
         Ok(field)
     }
 
@@ -294,22 +295,24 @@ impl<'a> Field<'a> {
         self.positions.count()
     }
 
-    /// A Gaussian in the space of its mesh; coefficients that it does not have become 0.
+    /// Returns true if the scales are logarithms: a plain one is never below 0.
+    fn has_logs(&self) -> bool {
+        let is_log = |index| self.scales.get(index).iter().any(|scale| *scale < 0.0);
+        (0..self.count()).any(is_log)
+    }
+
+    /// A Gaussian in the space of its mesh, its scales as they are; coefficients that it does not have become 0.
     fn gaussian(&self, index: usize, coefficients: &mut [f32]) -> Stored {
         let zeros = std::iter::repeat([0.0; 3]);
         let rest = self.rest.iter().map(|numbers| numbers.get(index));
         for (rgb, value) in coefficients.chunks_exact_mut(3).zip(rest.chain(zeros)) {
             rgb.copy_from_slice(&value);
         }
-        let scales = self.scales.get(index);
         let [opacity] = self.opacities.get(index);
         Stored {
             centre: Vec3::from_array(self.positions.get(index)).as_dvec3(),
             rotation: Quat::from_array(self.rotations.get(index)),
-            scales: Vec3::from_array(match self.are_logs {
-                true => scales.map(f32::exp),
-                false => scales,
-            }),
+            scales: Vec3::from_array(self.scales.get(index)),
             opacity,
             colour: 0.5 + C0 * Vec3::from_array(self.constants.get(index)),
         }
