@@ -9,7 +9,7 @@ use tempfile::TempDir;
 pub(super) struct Folder(TempDir);
 
 /// The mark before the name of each file that is packed into one.
-const MARK: &[u8] = b"\n@@";
+pub(super) const MARK: &[u8] = b"\n@@";
 
 impl Folder {
     fn new() -> Self {

@@ -22,6 +22,8 @@ pub enum Reader {
     Volume,
     /// A Zarr image: a folder of files, packed as `seeds::packed` does it.
     Zarr,
+    /// Gaussians of any format; a folder of files is packed as `seeds::packed` does it.
+    Gaussians,
     /// A mesh of any format.
     Mesh,
     /// A picture's colours.
@@ -36,9 +38,10 @@ pub enum Reader {
 
 impl Reader {
     /// All of them.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Volume,
         Self::Zarr,
+        Self::Gaussians,
         Self::Mesh,
         Self::Colour,
         Self::Depth,
@@ -51,6 +54,7 @@ impl Reader {
         match self {
             Self::Volume => "volume",
             Self::Zarr => "zarr",
+            Self::Gaussians => "gaussians",
             Self::Mesh => "mesh",
             Self::Colour => "colour",
             Self::Depth => "depth",
@@ -64,6 +68,7 @@ impl Reader {
         with_folder(|folder| match self {
             Self::Volume => volume(folder, bytes),
             Self::Zarr => zarr(folder, bytes),
+            Self::Gaussians => gaussians(folder, bytes),
             Self::Mesh => mesh(folder, bytes),
             Self::Colour => colours(folder, bytes),
             Self::Depth => depths(folder, bytes),
@@ -116,6 +121,25 @@ fn first_component(options: volsplat::LoadOptions) -> volsplat::LoadOptions {
         component: Some(0),
         ..options
     }
+}
+
+fn gaussians(folder: &Folder, bytes: &[u8]) -> Result<(), String> {
+    use resample_volume::gaussians::{self, GaussianLoadOptions};
+    let path = match bytes.starts_with(folder::MARK) {
+        true => folder.unpack("scene", bytes),
+        false => folder.write("gaussians", bytes),
+    };
+    let options = GaussianLoadOptions { gate: gate() };
+    let (all, _) = gaussians::load(&path, &options).map_err(said)?;
+    assert!(!all.is_empty(), "a file has Gaussians");
+    for index in 0..all.len() {
+        let one = all.get(index);
+        let is_sound = one.centre.is_finite() && one.rotation.is_finite();
+        assert!(is_sound && one.scales.is_finite() && one.scales.min_element() >= 0.0);
+        assert!((0.0..=1.0).contains(&one.opacity), "{}", one.opacity);
+        assert!(all.colour_towards(index, glam::Vec3::X).min_element() >= 0.0);
+    }
+    Ok(())
 }
 
 fn mesh(folder: &Folder, bytes: &[u8]) -> Result<(), String> {

@@ -1,6 +1,7 @@
 //! Small good files of every format, from which fuzzing begins; made here, byte by byte.
 
 mod binary;
+mod gaussians;
 mod meshes;
 mod pictures;
 mod texts;
@@ -17,6 +18,7 @@ pub fn of(reader: Reader) -> Vec<Seed> {
     match reader {
         Reader::Volume => volumes::files(),
         Reader::Zarr => zarr::folders(),
+        Reader::Gaussians => gaussians::files(),
         Reader::Mesh => meshes::files(),
         Reader::Colour => pictures::colours(),
         Reader::Depth => pictures::depths(),
@@ -30,6 +32,7 @@ pub fn words(reader: Reader) -> &'static [&'static str] {
     match reader {
         Reader::Volume => &volumes::WORDS,
         Reader::Zarr => &zarr::WORDS,
+        Reader::Gaussians => &gaussians::WORDS,
         Reader::Mesh => &meshes::WORDS,
         Reader::Colour | Reader::Depth => &pictures::WORDS,
         Reader::Cameras => &texts::CAMERA_WORDS,

@@ -1,9 +1,10 @@
-//! Volumes in memory, labels, and the files they come from: DICOM, NIfTI, NRRD, MetaImage, MGH, VTK, Zarr, TIFF, pictures, `.npy` and
-//! raw numbers.
+//! Volumes and Gaussians in memory, labels, and the files they come from. Volumes: DICOM, NIfTI, NRRD, MetaImage, MGH, VTK, Zarr,
+//! TIFF, pictures, `.npy` and raw numbers. Three-dimensional Gaussians: PLY (INRIA's, and PlayCanvas' compressed one), `.splat`,
+//! SPZ, SOG and glTF.
 //!
 //! Takes a path and [`LoadOptions`], returns a checked [`Volume`]: voxels of their own type on a lattice in the world. The format
 //! follows from the content, never from the name. A volume larger than memory is a [`VoxelSource`]: any box of its voxels is
-//! read when it is asked for.
+//! read when it is asked for. Likewise [`gaussians::load`] takes a path and [`GaussianLoadOptions`], returns [`Gaussians`].
 //! Limits: one scalar per voxel (a component of several, if it is chosen), regular lattices.
 //!
 //! ```
@@ -29,6 +30,8 @@ pub mod error;
 
 pub use error::Error;
 pub use gaussians::{BlendSpace, Gaussian, Gaussians};
+#[cfg(feature = "input")]
+pub use gaussians::{GaussianFormat, GaussianLoadOptions, is_gaussians};
 #[cfg(feature = "input")]
 pub use input::{LoadOptions, RawOptions, load, load_components};
 pub use labels::{LabelLook, LabelTable};

@@ -103,10 +103,15 @@ fn png(kind: u8, bits: u8, pixel: usize) -> Vec<u8> {
     let rows: Vec<u8> = (0..3)
         .flat_map(|y| std::iter::once(0).chain(vec![40 * y; 4 * pixel]))
         .collect();
+    png_of_rows(kind, bits, &rows)
+}
+
+/// A PNG of 4x3 pixels; each row begins with the number of its filter.
+pub(super) fn png_of_rows(kind: u8, bits: u8, rows: &[u8]) -> Vec<u8> {
     let head = [0, 0, 0, 4, 0, 0, 0, 3, bits, kind, 0, 0, 0];
     let chunks = [
         (b"IHDR", head.to_vec()),
-        (b"IDAT", zlib(&rows)),
+        (b"IDAT", zlib(rows)),
         (b"IEND", Vec::new()),
     ];
     let chunk = |(name, data): &(&[u8; 4], Vec<u8>)| {

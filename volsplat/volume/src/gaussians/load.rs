@@ -124,11 +124,21 @@ pub fn load(path: &Path, options: &GaussianLoadOptions) -> Result<(Gaussians, Ve
         Some(GaussianFormat::Spz) => spz::load(path, gate, &mut notes),
         Some(GaussianFormat::Sog) => sog::load(path, gate, &mut notes),
         Some(GaussianFormat::Gltf) => gltf::load(path, gate, &mut notes),
-        None => Err(invalid(
-            path,
-            "it holds no Gaussians of a known format: expected PLY (as INRIA's code writes it, or compressed), .splat, SPZ, SOG or \
-             glTF with KHR_gaussian_splatting",
-        )),
+        None => Err(unknown(path)),
     };
     Ok((read?, notes))
 }
+
+/// The error for what is none of the formats.
+fn unknown(path: &Path) -> Error {
+    let is_empty = !path.is_dir() && open_sized(path).is_ok_and(|(_, bytes)| bytes == 0);
+    let found = match is_empty {
+        true => "it is empty",
+        false => "it holds no Gaussians of a known format, or is cut off",
+    };
+    let expected = "expected PLY (as INRIA's code writes it, or compressed), .splat, SPZ, SOG or glTF with KHR_gaussian_splatting";
+    invalid(path, format!("{found}: {expected}"))
+}
+
+#[cfg(test)]
+mod tests;

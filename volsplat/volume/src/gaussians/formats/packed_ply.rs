@@ -255,12 +255,7 @@ mod tests {
     fn words(stored: &Stored) -> [u32; 4] {
         let [x, y, z] = stored.centre.as_vec3().to_array();
         let [sx, sy, sz] = stored.scales.to_array().map(f32::ln);
-        let Quat {
-            x: i,
-            y: j,
-            z: k,
-            w,
-        } = stored.rotation;
+        let [i, j, k, w] = stored.rotation.to_array();
         let four = [w, i, j, k];
         let order = |a: &usize, b: &usize| four[*a].abs().total_cmp(&four[*b].abs());
         let largest = (0..4).max_by(order).expect("four");

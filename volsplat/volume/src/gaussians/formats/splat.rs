@@ -101,11 +101,11 @@ mod tests {
     fn file() -> Vec<u8> {
         let mut file = Vec::new();
         for (stored, _) in known(0) {
-            let floats = [stored.centre.as_vec3(), stored.scales].map(Vec3::to_array);
+            let floats = [stored.centre.as_vec3(), stored.scales].map(|vector| vector.to_array());
             file.extend(floats.concat().iter().flat_map(|value| value.to_le_bytes()));
             let colour = [stored.colour.to_array().as_slice(), &[stored.opacity]].concat();
             file.extend(colour.iter().map(|part| (part * 255.0).round() as u8));
-            let Quat { x, y, z, w } = stored.rotation;
+            let [x, y, z, w] = stored.rotation.to_array();
             file.extend([w, x, y, z].map(|part| (part * 128.0 + 128.0) as u8));
         }
         file

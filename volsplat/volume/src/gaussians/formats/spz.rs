@@ -122,16 +122,6 @@ pub(crate) fn load(path: &Path, gate: &Gate, notes: &mut Vec<String>) -> Result<
     read.map_err(|fault| fault.at(path))
 }
 
-/// Reads the bytes of a file that lies in another one.
-pub(crate) fn from_bytes(
-    bytes: &[u8],
-    gate: &Gate,
-    notes: &mut Vec<String>,
-) -> Result<Gaussians, Fault> {
-    let (header, all) = gzipped(bytes, bytes.len() as u64, gate)?;
-    gaussians(&header, &all, notes)
-}
-
 type Attributes = [Vec<u8>; ATTRIBUTES];
 
 fn attributes(
@@ -212,8 +202,8 @@ fn streams(file: &mut BufReader<File>, header: &Header, held: u64) -> Result<Att
         u64::from_le_bytes(bytes)
     };
     let mut all = Attributes::default();
-    let mut number = 0;
-    for (attribute, size) in all.iter_mut().zip(sizes).filter(|(_, size)| *size > 0) {
+    let stored = all.iter_mut().zip(sizes).filter(|(_, size)| *size > 0);
+    for (number, (attribute, size)) in stored.enumerate() {
         let (packed, unpacked) = (word(2 * number), word(2 * number + 1));
         if unpacked != size || packed > held {
             return Err(Fault::Invalid(format!(
@@ -225,7 +215,6 @@ fn streams(file: &mut BufReader<File>, header: &Header, held: u64) -> Result<Att
         let decoder = ruzstd::decoding::StreamingDecoder::new(&mut stream).map_err(unknown)?;
         *attribute = exactly(decoder, size, header)?;
         std::io::copy(&mut stream, &mut std::io::sink()).map_err(broken)?;
-        number += 1;
     }
     Ok(all)
 }

@@ -24,7 +24,7 @@ fn code(value: f32, least: f32, most: f32, largest: f32) -> u32 {
 }
 
 fn quat(rotation: Quat) -> [u8; 4] {
-    let Quat { x, y, z, w } = rotation;
+    let [x, y, z, w] = rotation.to_array();
     let four = [w, x, y, z];
     let order = |a: &usize, b: &usize| four[*a].abs().total_cmp(&four[*b].abs());
     let largest = (0..4).max_by(order).expect("four");
