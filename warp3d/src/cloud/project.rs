@@ -158,7 +158,7 @@ impl<'a> Projector<'a> {
         let at = camera.screen_from_camera(middle);
         let (normal, cut) = (vector(disc.normal), vector(disc.cut));
         let local = self.local(middle, normal);
-        let (spacing, radius) = (f64::from(disc.spacing), f64::from(disc.radius()));
+        let (spacing, radius) = (f64::from(disc.spacing), f64::from(disc.radius));
         let sigma = self.options.sigma_spacings * spacing;
         let shape = local.gram(normal);
         let pixel = PIXEL_SIGMA_PX * PIXEL_SIGMA_PX;

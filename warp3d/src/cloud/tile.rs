@@ -352,7 +352,10 @@ fn exp_of_negative(x: f32) -> f32 {
 fn inside_picture(job: &TileJob, axis: usize) -> [usize; 2] {
     let before = APRON_PX.min(job.first[axis]);
     let left = job.picture[axis] - job.first[axis];
-    [APRON_PX - before, APRON_PX + left.min(job.size[axis] + APRON_PX)]
+    [
+        APRON_PX - before,
+        APRON_PX + left.min(job.size[axis] + APRON_PX),
+    ]
 }
 
 /// Visits the pixels of a box that lie in the tile and its apron: their slot with the apron, and their centre, px.
