@@ -152,19 +152,21 @@ fn fitted(tree: &Tree, slot: usize, cloud: &PointCloud) -> (Disc, f32) {
     }
     let others = near.squares().len() - 1;
     let reach = near.squares()[others].sqrt();
-    let rim = rim(tree, place.at, &near, &plane);
-    let spacing = spacing(&near, rim.part);
-    let past = rim.extent + BORDER_SPACINGS * spacing;
-    let radius = reach_of(tree, place.at, &near, &plane, (rim.outward, past), spacing);
-    let cut = match past < radius {
-        true => (rim.outward / past).as_vec3(),
+    let (spacing, mut edge) = edge_of(tree, place.at, &near, &plane, None);
+    if edge.past < edge.radius {
+        // More neighbours tell the end of a surface from a gap between its points.
+        let wide = tree.nearest(place.at, WIDE);
+        edge = edge_of(tree, place.at, &wide, &plane, Some(spacing)).1;
+    }
+    let cut = match edge.past < edge.radius {
+        true => (edge.outward / edge.past).as_vec3(),
         false => Vec3::ZERO,
     };
     let disc = Disc {
         position: place.at.to_array(),
         normal: plane.normal.as_vec3().to_array(),
         cut: cut.to_array(),
-        radius: radius as f32,
+        radius: edge.radius as f32,
         spacing: spacing as f32,
         thickness: plane.deviations[0] as f32,
         colour: cloud.colours[place.index as usize],
@@ -183,7 +185,7 @@ fn plane_of(tree: &Tree, at: Vec3, nearest: &Nearest) -> Plane {
 }
 
 /// The root of the area of one point, where this part of the circle around it has points.
-fn spacing(near: &Nearest, part: f64) -> f64 {
+fn spacing_of(near: &Nearest, part: f64) -> f64 {
     let squares = near.squares();
     let others = (squares.len() - 1).min(RING);
     // The circle through a neighbour holds the point itself and half of that neighbour beside those within.
@@ -191,18 +193,25 @@ fn spacing(near: &Nearest, part: f64) -> f64 {
     (part * std::f64::consts::PI * f64::from(squares[others]) / points).sqrt()
 }
 
-/// How the neighbours of a point lie around it.
-struct Rim {
+/// How far the surface goes around a point.
+struct Edge {
     /// Unit direction in the plane in which fewest neighbours lie.
     outward: DVec3,
-    /// How far the neighbours reach there, world units.
-    extent: f64,
-    /// The part of the circle through the farthest neighbour that has points.
-    part: f64,
+    /// Where the surface ends there, world units.
+    past: f64,
+    /// Radius of the disc, world units.
+    radius: f64,
 }
 
-/// Finds where the surface ends around a point: away from the mean of its neighbours.
-fn rim(tree: &Tree, at: Vec3, near: &Nearest, plane: &Plane) -> Rim {
+/// Finds where the surface ends around a point, which is away from the mean of its neighbours, and, where it is not known
+/// yet, the spacing.
+fn edge_of(
+    tree: &Tree,
+    at: Vec3,
+    near: &Nearest,
+    plane: &Plane,
+    spacing: Option<f64>,
+) -> (f64, Edge) {
     let offset = |&slot: &u32| {
         let offset = (tree.places[slot as usize].at - at).as_dvec3();
         offset - plane.normal * plane.normal.dot(offset)
@@ -212,12 +221,18 @@ fn rim(tree: &Tree, at: Vec3, near: &Nearest, plane: &Plane) -> Rim {
     let mean = near.slots().iter().map(offset).sum::<DVec3>() / squares.len() as f64;
     let outward = (-mean).normalize_or_zero();
     let extents = near.slots().iter().map(|slot| outward.dot(offset(slot)));
-    let one_sided = (mean.length() / reach - WHOLE_MEAN) / (HALF_MEAN - WHOLE_MEAN);
-    Rim {
+    let mean_part = mean.length() / reach.max(f64::MIN_POSITIVE);
+    let one_sided = (mean_part - WHOLE_MEAN) / (HALF_MEAN - WHOLE_MEAN);
+    let part = 1.0 - 0.5 * one_sided.clamp(0.0, 1.0);
+    let spacing = spacing.unwrap_or_else(|| spacing_of(near, part));
+    let past = extents.fold(0.0, f64::max) + BORDER_SPACINGS * spacing;
+    let radius = reach_of(tree, at, near, plane, (outward, past), spacing);
+    let edge = Edge {
         outward,
-        extent: extents.fold(0.0, f64::max),
-        part: 1.0 - 0.5 * one_sided.clamp(0.0, 1.0),
-    }
+        past,
+        radius,
+    };
+    (spacing, edge)
 }
 
 /// The radius of a point's disc: how far its cell between the neighbours and the surface's end goes.

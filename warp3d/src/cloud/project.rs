@@ -159,7 +159,8 @@ impl<'a> Projector<'a> {
         let (normal, cut) = (vector(disc.normal), vector(disc.cut));
         let local = self.local(middle, normal);
         let (spacing, radius) = (f64::from(disc.spacing), f64::from(disc.radius));
-        let sigma = self.options.sigma_spacings * spacing;
+        // The blend reaches wherever the disc covers.
+        let sigma = (self.options.sigma_spacings * spacing).max(radius / REACH_SIGMAS);
         let shape = local.gram(normal);
         let pixel = PIXEL_SIGMA_PX * PIXEL_SIGMA_PX;
         let blurred = plus(shape.map(|g| g * sigma * sigma), pixel);
