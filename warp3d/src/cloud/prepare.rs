@@ -260,7 +260,9 @@ fn reach_of(
         }
     }
     cell.keep(flat(outward), past);
-    (REACH_MARGIN * cell.farthest_square().sqrt()).clamp(0.5 * spacing, most)
+    // Where points lie off their plane, neighbours' planes are tilted, and seen aslant they part.
+    let radius = REACH_MARGIN * cell.farthest_square().sqrt() + plane.deviations[0];
+    radius.clamp(0.5 * spacing, most)
 }
 
 /// What becomes of the points of a block, whose first one has this slot.
