@@ -61,8 +61,9 @@ pub use render::{Frame, Renderer};
 pub use resample_core::Reuse;
 pub use resample_core::clock::StageTime;
 pub use resample_volume::{
-    BlendSpace, Described, Endian, Error, Gaussian, Gaussians, Histogram, LabelLook, LabelTable, Lattice, Modality, NanPolicy,
-    Volume, VoxelType, Voxels, Watch, error, labels, procedural, volume,
+    BlendSpace, Described, Endian, Error, Gaussian, Gaussians, Histogram, LabelLook, LabelTable,
+    Lattice, Modality, NanPolicy, Volume, VoxelType, Voxels, Watch, error, labels, procedural,
+    volume,
 };
 #[cfg(feature = "input")]
 pub use resample_volume::{LoadOptions, RawOptions, input, load, load_components};

@@ -311,11 +311,7 @@ fn activate<S: Simd>(simd: S, form: &RayForm, rays: &BlockRays, active: &mut Act
     moment.store_slice(&mut slot.moment);
     let low = first - BOX * widest;
     let high = (last + BOX * widest).max(above(low));
-    active.push(
-        slot,
-        [low, high, last + REACH * widest],
-        depth.reduce_max(),
-    );
+    active.push(slot, [low, high, last + REACH * widest], depth.reduce_max());
     1
 }
 
@@ -368,10 +364,8 @@ impl<S: Simd> Sums<S> {
             let part = (share - f32x16::from_slice(simd, &slot.share)).max(zero);
             let bent = moment - f32x16::from_slice(simd, &slot.moment);
             let depth = part * f32x16::from_slice(simd, &slot.depth);
-            let depth_z = (peak - begin).mul_add(
-                depth,
-                bent * f32x16::from_slice(simd, &slot.depth_sigma),
-            );
+            let depth_z =
+                (peak - begin).mul_add(depth, bent * f32x16::from_slice(simd, &slot.depth_sigma));
             share.store_slice(&mut slot.share);
             moment.store_slice(&mut slot.moment);
             sums.depth += depth;

@@ -148,7 +148,13 @@ impl GaussianRenderer {
                 } else {
                     Vec::new()
                 };
-                (DrawnTile { place: *place, pixels }, scratch.work)
+                (
+                    DrawnTile {
+                        place: *place,
+                        pixels,
+                    },
+                    scratch.work,
+                )
             })
             .collect();
         let mut tiles = Vec::with_capacity(drawn.len());
@@ -174,8 +180,7 @@ impl GaussianRenderer {
                     continue;
                 }
                 image.rgba[y * size[0] + x] = linear(pixel.rgba, self.gaussians.blend_space);
-                if let (Some(depth), true) =
-                    (depths.get_mut(y * size[0] + x), pixel.rgba[3] > 0.0)
+                if let (Some(depth), true) = (depths.get_mut(y * size[0] + x), pixel.rgba[3] > 0.0)
                 {
                     *depth = pixel.depth / pixel.rgba[3];
                 }

@@ -68,5 +68,6 @@ pub(crate) fn optical_depth<S: Simd>(simd: S, opacity: f32x16<S>) -> f32x16<S> {
     let t = mantissa - 1.0;
     let ln_mantissa = polynomial(simd, t, &LN1P) * t;
     let exponent = f32x16::float_from(exponent);
-    f32x16::splat(simd, 0.0) - exponent.mul_add(f32x16::splat(simd, std::f32::consts::LN_2), ln_mantissa)
+    f32x16::splat(simd, 0.0)
+        - exponent.mul_add(f32x16::splat(simd, std::f32::consts::LN_2), ln_mantissa)
 }

@@ -39,9 +39,7 @@ pub(crate) struct InView {
 impl InView {
     /// Covariance, world units squared.
     pub(crate) fn covariance(&self) -> DMat3 {
-        let [a, b, c] = self
-            .axes
-            .map(|axis| Vec3::from_array(axis).as_dvec3());
+        let [a, b, c] = self.axes.map(|axis| Vec3::from_array(axis).as_dvec3());
         let axes = DMat3::from_cols(a, b, c);
         axes * axes.transpose()
     }
@@ -171,12 +169,22 @@ impl<'a> View<'a> {
         let columns = self.extent(
             x,
             [m.x, m.z],
-            [covariance.x_axis.x, covariance.x_axis.z, covariance.z_axis.z].map(|c| reach2 * c),
+            [
+                covariance.x_axis.x,
+                covariance.x_axis.z,
+                covariance.z_axis.z,
+            ]
+            .map(|c| reach2 * c),
         )?;
         let rows = self.extent(
             y,
             [m.y, m.z],
-            [covariance.y_axis.y, covariance.y_axis.z, covariance.z_axis.z].map(|c| reach2 * c),
+            [
+                covariance.y_axis.y,
+                covariance.y_axis.z,
+                covariance.z_axis.z,
+            ]
+            .map(|c| reach2 * c),
         )?;
         Some((columns, rows))
     }

@@ -2,7 +2,7 @@
 //!
 //! Takes a [`PointCloud`] (positions and sRGB colours in any order), returns for each camera a linear premultiplied picture
 //! with depth. In the order in which data flow: `points` checks the points; `cells` sorts them into a tree and finds
-//! neighbours; `fit` lays a plane through neighbours; `prepare` makes a disc of each point and leaves out flying pixels;
+//! neighbours; `fit` lays a plane through neighbours, `voronoi` says how far a point's part of it reaches; `prepare` makes a disc of each point and leaves out flying pixels;
 //! `project` puts discs on the screen and lists them by tile; `tile` draws 16x16 pixels; `renderer` drives it all.
 //!
 //! The method is that of surface splats: discs in the tangent planes of their points (Zwicker et al., "Surface splatting",
@@ -39,6 +39,7 @@
 mod points;
 mod cells;
 mod fit;
+mod voronoi;
 mod prepare;
 mod options;
 mod project;

@@ -5,13 +5,14 @@
 //! A point that lies far from its neighbours, measured by the spacing that those have, is left out: it is a flying pixel,
 //! which a scanner makes where its beam meets two surfaces.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 use crate::Error;
 use crate::cloud::cells::{Nearest, Tree};
 use crate::cloud::fit::{Plane, plane};
 use crate::cloud::points::PointCloud;
+use crate::cloud::voronoi::Cell;
 
 /// Points of a fit, the point itself among them: two rings around it on a grid have 8 and 16, of which 12 are near enough
 /// to be flat. A guess within 9..20, which gave the same pictures.
@@ -31,9 +32,16 @@ const ROUGH: f64 = 0.2;
 /// or a ball has the same; the middle of both.
 const FLATTER: f64 = 0.75;
 
-/// Discs reach this many spacings, which covers the gaps of jittered points. Measured: 1.5 leaves holes at random, 2 gives
-/// a wider false rim.
-const REACH_SPACINGS: f64 = 1.6;
+/// Discs reach this much farther than the farthest corner of the part of the surface that is nearest to their point: in
+/// curved and noisy surfaces the planes of neighbours differ. A guess.
+const REACH_MARGIN: f64 = 1.1;
+
+/// Most spacings that a disc reaches: points wholly at random leave a circle of 2.2 spacings empty once in 4 million
+/// (exp(-pi r^2)).
+const MOST_REACH_SPACINGS: f64 = 2.2;
+
+/// Neighbours nearer than a tenth of a spacing (here its square) in the plane lie above or below the point, or in it: noise.
+const LEAST_APART: f64 = 0.01;
 
 /// The mean of points in half a circle lies at 4 / (3 pi) of its radius.
 const HALF_MEAN: f64 = 0.42;
@@ -43,7 +51,7 @@ const WHOLE_MEAN: f64 = 0.2;
 
 /// A surface ends this many spacings past the outermost of a point's neighbours. Half a spacing on a grid; 0.2 for jittered
 /// points, of which the outermost of a few lies nearer to the border. Between them.
-const BORDER_SPACINGS: f64 = 0.3;
+const BORDER_SPACINGS: f64 = 0.05;
 
 /// A point is far from a neighbour at this many of the neighbour's reaches (the distance of its twelfth neighbour). A guess:
 /// a scan's spacing changes little within 12 points.
@@ -62,6 +70,8 @@ pub struct Disc {
     /// Cut of a disc at the border of a surface: offsets from the middle whose product with this is above 1 lie outside. 0
     /// elsewhere; per world unit.
     pub cut: [f32; 3],
+    /// Radius of the disc: with it discs cover all that lies between their points, world units.
+    pub radius: f32,
     /// Mean distance between the points here: the root of the area that one has, world units.
     pub spacing: f32,
     /// Standard deviation of the points from their plane, world units.
@@ -88,13 +98,6 @@ pub struct Prepared {
     pub discs: Vec<Disc>,
     /// How many points are left out.
     pub left_out: LeftOut,
-}
-
-impl Disc {
-    /// Radius of the disc, world units.
-    pub fn radius(&self) -> f32 {
-        REACH_SPACINGS as f32 * self.spacing
-    }
 }
 
 /// Makes discs of points.
@@ -149,17 +152,21 @@ fn fitted(tree: &Tree, slot: usize, cloud: &PointCloud) -> (Disc, f32) {
     }
     let others = near.squares().len() - 1;
     let reach = near.squares()[others].sqrt();
-    let rim = rim(tree, place.at, &near, &plane);
-    let spacing = spacing(&near, rim.part);
-    let past = rim.extent + BORDER_SPACINGS * spacing;
-    let cut = match past < REACH_SPACINGS * spacing {
-        true => (rim.outward / past).as_vec3(),
+    let (spacing, mut edge) = edge_of(tree, place.at, &near, &plane, None);
+    if edge.past < edge.radius {
+        // More neighbours tell the end of a surface from a gap between its points.
+        let wide = tree.nearest(place.at, WIDE);
+        edge = edge_of(tree, place.at, &wide, &plane, Some(spacing)).1;
+    }
+    let cut = match edge.past < edge.radius {
+        true => (edge.outward / edge.past).as_vec3(),
         false => Vec3::ZERO,
     };
     let disc = Disc {
         position: place.at.to_array(),
         normal: plane.normal.as_vec3().to_array(),
         cut: cut.to_array(),
+        radius: edge.radius as f32,
         spacing: spacing as f32,
         thickness: plane.deviations[0] as f32,
         colour: cloud.colours[place.index as usize],
@@ -178,7 +185,7 @@ fn plane_of(tree: &Tree, at: Vec3, nearest: &Nearest) -> Plane {
 }
 
 /// The root of the area of one point, where this part of the circle around it has points.
-fn spacing(near: &Nearest, part: f64) -> f64 {
+fn spacing_of(near: &Nearest, part: f64) -> f64 {
     let squares = near.squares();
     let others = (squares.len() - 1).min(RING);
     // The circle through a neighbour holds the point itself and half of that neighbour beside those within.
@@ -186,18 +193,25 @@ fn spacing(near: &Nearest, part: f64) -> f64 {
     (part * std::f64::consts::PI * f64::from(squares[others]) / points).sqrt()
 }
 
-/// How the neighbours of a point lie around it.
-struct Rim {
+/// How far the surface goes around a point.
+struct Edge {
     /// Unit direction in the plane in which fewest neighbours lie.
     outward: DVec3,
-    /// How far the neighbours reach there, world units.
-    extent: f64,
-    /// The part of the circle through the farthest neighbour that has points.
-    part: f64,
+    /// Where the surface ends there, world units.
+    past: f64,
+    /// Radius of the disc, world units.
+    radius: f64,
 }
 
-/// Finds where the surface ends around a point: away from the mean of its neighbours.
-fn rim(tree: &Tree, at: Vec3, near: &Nearest, plane: &Plane) -> Rim {
+/// Finds where the surface ends around a point, which is away from the mean of its neighbours, and, where it is not known
+/// yet, the spacing.
+fn edge_of(
+    tree: &Tree,
+    at: Vec3,
+    near: &Nearest,
+    plane: &Plane,
+    spacing: Option<f64>,
+) -> (f64, Edge) {
     let offset = |&slot: &u32| {
         let offset = (tree.places[slot as usize].at - at).as_dvec3();
         offset - plane.normal * plane.normal.dot(offset)
@@ -207,12 +221,48 @@ fn rim(tree: &Tree, at: Vec3, near: &Nearest, plane: &Plane) -> Rim {
     let mean = near.slots().iter().map(offset).sum::<DVec3>() / squares.len() as f64;
     let outward = (-mean).normalize_or_zero();
     let extents = near.slots().iter().map(|slot| outward.dot(offset(slot)));
-    let one_sided = (mean.length() / reach - WHOLE_MEAN) / (HALF_MEAN - WHOLE_MEAN);
-    Rim {
+    let mean_part = mean.length() / reach.max(f64::MIN_POSITIVE);
+    let one_sided = (mean_part - WHOLE_MEAN) / (HALF_MEAN - WHOLE_MEAN);
+    let part = 1.0 - 0.5 * one_sided.clamp(0.0, 1.0);
+    let spacing = spacing.unwrap_or_else(|| spacing_of(near, part));
+    let past = extents.fold(0.0, f64::max) + BORDER_SPACINGS * spacing;
+    let radius = reach_of(tree, at, near, plane, (outward, past), spacing);
+    let edge = Edge {
         outward,
-        extent: extents.fold(0.0, f64::max),
-        part: 1.0 - 0.5 * one_sided.clamp(0.0, 1.0),
+        past,
+        radius,
+    };
+    (spacing, edge)
+}
+
+/// The radius of a point's disc: how far its cell between the neighbours and the surface's end goes.
+fn reach_of(
+    tree: &Tree,
+    at: Vec3,
+    near: &Nearest,
+    plane: &Plane,
+    (outward, past): (DVec3, f64),
+    spacing: f64,
+) -> f64 {
+    let (u, v) = plane.normal.any_orthonormal_pair();
+    let flat = |offset: DVec3| DVec2::new(offset.dot(u), offset.dot(v));
+    let most = MOST_REACH_SPACINGS * spacing;
+    let mut cell = Cell::square(most);
+    for (&slot, &square) in near.slots().iter().zip(near.squares()) {
+        let reached = cell.farthest_square();
+        // A neighbour twice as far as the farthest corner cuts nothing, and no later one does.
+        if f64::from(square) > 4.0 * reached {
+            break;
+        }
+        let neighbour = flat((tree.places[slot as usize].at - at).as_dvec3());
+        if neighbour.length_squared() > LEAST_APART * spacing * spacing {
+            cell.keep_nearer_than(neighbour);
+        }
     }
+    cell.keep(flat(outward), past);
+    // Where points lie off their plane, neighbours' planes are tilted, and seen aslant they part.
+    let radius = REACH_MARGIN * cell.farthest_square().sqrt() + plane.deviations[0];
+    radius.clamp(0.5 * spacing, most)
 }
 
 /// What becomes of the points of a block, whose first one has this slot.

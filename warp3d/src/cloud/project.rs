@@ -103,7 +103,7 @@ pub(crate) fn project(
         .for_each(|(number, (bins, discs))| {
             bins.clear();
             for splat in discs.iter().filter_map(|disc| projector.splat(disc)) {
-                let [x0, y0, x1, y1] = union(splat.disc_box, splat.blend_box);
+                let [x0, y0, x1, y1] = union(grown(splat.disc_box), splat.blend_box);
                 let apron = APRON_PX as u16;
                 let columns = [
                     x0.saturating_sub(apron),
@@ -120,16 +120,12 @@ pub(crate) fn project(
 }
 
 fn union(a: [u16; 4], b: [u16; 4]) -> [u16; 4] {
-    match (a[2] > a[0] && a[3] > a[1], b[2] > b[0] && b[3] > b[1]) {
-        (false, _) => b,
-        (_, false) => a,
-        _ => [
-            a[0].min(b[0]),
-            a[1].min(b[1]),
-            a[2].max(b[2]),
-            a[3].max(b[3]),
-        ],
-    }
+    [
+        a[0].min(b[0]),
+        a[1].min(b[1]),
+        a[2].max(b[2]),
+        a[3].max(b[3]),
+    ]
 }
 
 impl<'a> Projector<'a> {
@@ -158,8 +154,9 @@ impl<'a> Projector<'a> {
         let at = camera.screen_from_camera(middle);
         let (normal, cut) = (vector(disc.normal), vector(disc.cut));
         let local = self.local(middle, normal);
-        let (spacing, radius) = (f64::from(disc.spacing), f64::from(disc.radius()));
-        let sigma = self.options.sigma_spacings * spacing;
+        let (spacing, radius) = (f64::from(disc.spacing), f64::from(disc.radius));
+        // The blend reaches wherever the disc covers.
+        let sigma = (self.options.sigma_spacings * spacing).max(radius / REACH_SIGMAS);
         let shape = local.gram(normal);
         let pixel = PIXEL_SIGMA_PX * PIXEL_SIGMA_PX;
         let blurred = plus(shape.map(|g| g * sigma * sigma), pixel);
@@ -177,10 +174,7 @@ impl<'a> Projector<'a> {
                 DVec2::new(covariance[0], covariance[2]).map(f64::sqrt) * (deviations * grown);
             self.pixel_box(at, reach.min(DVec2::splat(MOST_REACH_PX)))
         };
-        let (disc_box, blend_box) = (boxed(ellipse, 1.0), boxed(blurred, REACH_SIGMAS));
-        if union(disc_box, blend_box)[2..] == [0, 0] {
-            return None;
-        }
+        let (disc_box, blend_box) = (boxed(ellipse, 1.0)?, boxed(blurred, REACH_SIGMAS)?);
         let stretch = (1.0 / local.sine).min(MOST_STRETCH);
         let tolerance = self.options.depth_tolerance_spacings * spacing * stretch
             + THICKNESS_SIGMAS * f64::from(disc.thickness);
@@ -248,18 +242,19 @@ impl<'a> Projector<'a> {
         }
     }
 
-    /// The pixels whose centres lie within `reach` of `at`, inside the picture and its apron; zeros where there are none.
-    fn pixel_box(&self, at: DVec2, reach: DVec2) -> [u16; 4] {
-        // Subpixels of a pixel reach half a pixel past its centre.
-        let reach = reach + 0.5;
+    /// The pixels whose centres lie within `reach` of `at`; `None` where none of the picture nor next to it does.
+    fn pixel_box(&self, at: DVec2, reach: DVec2) -> Option<[u16; 4]> {
         let size = DVec2::new(f64::from(self.camera.width), f64::from(self.camera.height));
-        let first = (at - reach - 0.5).ceil().clamp(DVec2::ZERO, size);
-        let end = ((at + reach - 0.5).floor() + 1.0).clamp(DVec2::ZERO, size);
-        if !(first.x < end.x && first.y < end.y) {
-            return [0; 4];
-        }
-        [first.x as u16, first.y as u16, end.x as u16, end.y as u16]
+        let (first, end) = ((at - reach - 0.5).ceil(), (at + reach - 0.5).floor() + 1.0);
+        let near = first.cmple(size + 1.0).all() && end.cmpge(DVec2::NEG_ONE).all();
+        let (first, end) = (first.clamp(DVec2::ZERO, size), end.clamp(DVec2::ZERO, size));
+        near.then_some([first.x as u16, first.y as u16, end.x as u16, end.y as u16])
     }
+}
+
+/// The pixels of a box and those next to it.
+pub(crate) fn grown([x0, y0, x1, y1]: [u16; 4]) -> [u16; 4] {
+    [x0.saturating_sub(1), y0.saturating_sub(1), x1 + 1, y1 + 1]
 }
 
 impl Local {

@@ -6,46 +6,415 @@ use glam::DVec3;
 use resample_core::{Camera, Image, LookAt};
 
 use crate::cloud::{Blend, CloudFrame, CloudOptions, CloudRenderer, PointCloud, prepare};
-use scenes::{Scene, Shape, against, truth};
+use scenes::{Found, Random, Scene, Shape, against, truth};
 
-/// A camera at (0.6, -0.8, -3) on the origin, whose picture is `height` px high.
-fn camera(height: u32, fov_rad: f64) -> Camera {
-    let pose = LookAt {
-        position: DVec3::new(0.6, -0.8, -3.0),
-        target: DVec3::ZERO,
+/// Waves of the texture: 15 px of the pictures below to a wave.
+const WAVES: f64 = 5.0;
+
+fn pose(position: DVec3, target: DVec3) -> LookAt {
+    LookAt {
+        position,
+        target,
         up: DVec3::new(0.0, -1.0, 0.0),
-    };
-    Camera::perspective(&pose, fov_rad, [height * 4 / 3, height]).unwrap()
+    }
+}
+
+/// A camera 3.2 units from the origin, which lies a little aside of the axis of a plane.
+fn camera() -> Camera {
+    let pose = pose(DVec3::new(0.6, -0.8, -3.0), DVec3::ZERO);
+    Camera::perspective(&pose, 0.9, [256, 192]).unwrap()
+}
+
+fn parallel() -> Camera {
+    let pose = pose(DVec3::new(0.6, -0.8, -3.0), DVec3::ZERO);
+    Camera::orthographic(&pose, 2.8, [256, 192]).unwrap()
 }
 
 fn drawn(cloud: &PointCloud, camera: &Camera, options: &CloudOptions) -> CloudFrame {
     let prepared = prepare(cloud).unwrap();
-    CloudRenderer::new(prepared, options).unwrap().render(camera).unwrap()
+    let mut renderer = CloudRenderer::new(prepared, options).unwrap();
+    renderer.render(camera).unwrap()
+}
+
+fn measured(shape: Shape, per_px: f64, camera: &Camera, blend: Blend) -> Found {
+    let scene = Scene {
+        shape,
+        waves: WAVES,
+    };
+    let cloud = scene.sampled(per_px, camera);
+    let options = CloudOptions {
+        blend,
+        ..CloudOptions::default()
+    };
+    let frame = drawn(&cloud, camera, &options);
+    save(&frame.image, &format!("{shape:?}_{per_px}"));
+    let found = against(&frame.image, &truth(&scene, camera));
+    println!(
+        "{shape:?}, {per_px} points a px, {blend:?}: {found:?}, {:?}",
+        frame.stats.left_out
+    );
+    found
 }
 
 #[test]
-fn measures() {
+fn one_point_a_pixel_is_within_45_db_of_the_truth() {
     for shape in [Shape::Plane, Shape::Sphere] {
-        for (name, per_px) in [("one point a px", 1.0), ("twice", 0.25), ("minified 2", 4.0)] {
-            let camera = camera(192, 0.9);
-            let scene = Scene { shape, waves: 5.0 };
-            let cloud = scene.sampled(per_px, &camera);
-            let expected = truth(&scene, &camera);
-            for blend in [Blend::Linear] {
-                for sigma in [0.42] {
-                    let options = CloudOptions { blend, sigma_spacings: sigma, ..CloudOptions::default() };
-                    let frame = drawn(&cloud, &camera, &options);
-                    let found = against(&frame.image, &expected);
-                    eprintln!("{shape:?} {name} {blend:?} {sigma}: {found:?} {:?} of {}", frame.stats.left_out, cloud.positions.len());
-                    if sigma == 0.42 && blend == Blend::Linear { save(&frame.image, &format!("{shape:?}_{per_px}")); save(&expected, &format!("{shape:?}_truth")); }
-                }
-            }
+        let found = measured(shape, 1.0, &camera(), Blend::Linear);
+        assert!(found.inside_db > 54.0, "{shape:?}: {found:?}");
+        assert_eq!(found.holes, 0, "{shape:?}");
+        assert!(found.false_fill < 0.01, "{shape:?}: {found:?}");
+    }
+}
+
+#[test]
+fn a_linear_fit_is_nearer_to_the_truth_than_a_mean() {
+    let mean = measured(Shape::Sphere, 1.0, &camera(), Blend::Mean);
+    let linear = measured(Shape::Sphere, 1.0, &camera(), Blend::Linear);
+    assert!(
+        linear.inside_db > mean.inside_db + 8.0,
+        "{linear:?} against {mean:?}"
+    );
+}
+
+#[test]
+fn twice_magnified_surfaces_have_no_holes() {
+    for shape in [Shape::Plane, Shape::Sphere] {
+        let found = measured(shape, 0.25, &camera(), Blend::Linear);
+        assert!(found.inside_db > 41.0, "{shape:?}: {found:?}");
+        assert_eq!(found.holes, 0, "{shape:?}");
+        // The plane ends somewhere between its outermost points and those that are not there; the sphere's outline is known.
+        let most = if shape == Shape::Plane { 0.02 } else { 0.005 };
+        assert!(found.false_fill < most, "{shape:?}: {found:?}");
+    }
+}
+
+#[test]
+fn minified_surfaces_are_gathered() {
+    for shape in [Shape::Plane, Shape::Sphere] {
+        let found = measured(shape, 6.0, &camera(), Blend::Linear);
+        assert!(found.inside_db > 60.0, "{shape:?}: {found:?}");
+        assert_eq!(found.holes, 0, "{shape:?}");
+    }
+}
+
+#[test]
+fn parallel_rays_see_the_same_surfaces() {
+    for shape in [Shape::Plane, Shape::Sphere] {
+        let found = measured(shape, 1.0, &parallel(), Blend::Linear);
+        assert!(found.inside_db > 50.0, "{shape:?}: {found:?}");
+        assert_eq!(found.holes, 0, "{shape:?}");
+    }
+}
+
+/// Points wholly at random leave circles of two spacings empty.
+#[test]
+fn points_wholly_at_random_leave_few_holes() {
+    let scene = Scene {
+        shape: Shape::Plane,
+        waves: WAVES,
+    };
+    let mut random = Random(3);
+    let mut place = || DVec3::new(2.0 * random.next() - 1.0, 2.0 * random.next() - 1.0, 0.0);
+    let places: Vec<DVec3> = (0..4000).map(|_| place()).collect();
+    let frame = drawn(&scene.cloud(&places), &camera(), &CloudOptions::default());
+    let found = against(&frame.image, &truth(&scene, &camera()));
+    println!("wholly at random: {found:?}, {:?}", frame.stats);
+    save(&frame.image, "random");
+    assert!(found.holes < 30, "{found:?}");
+}
+
+/// A red plane half a unit behind a green one of half its size.
+#[test]
+fn a_surface_behind_another_does_not_shine_through() {
+    let mut random = Random(5);
+    let mut plane = |size: f64, z: f64| -> Vec<[f32; 3]> {
+        let mut at = |i: usize| (size * (2.0 * (i as f64 + random.next()) / 100.0 - 1.0)) as f32;
+        (0..100 * 100)
+            .map(|i| [at(i % 100), at(i / 100), z as f32])
+            .collect()
+    };
+    let positions = [plane(1.0, 0.5), plane(0.5, 0.0)].concat();
+    let colours = [vec![[255, 0, 0]; 10_000], vec![[0, 255, 0]; 10_000]].concat();
+    let cloud = PointCloud {
+        origin_in_world: DVec3::ZERO,
+        positions,
+        colours,
+    };
+    let camera = camera();
+    let image = drawn(&cloud, &camera, &CloudOptions::default()).image;
+    save(&image, "two");
+    let (mut front, mut back) = (0, 0);
+    for (x, y) in (0..256).flat_map(|x| (0..192).map(move |y| (x, y))) {
+        let at = glam::DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+        let (origin, direction) = camera.ray_in_camera(at);
+        let world = camera.camera_from_world.inverse();
+        let (o, d) = (
+            world.transform_point3(origin),
+            world.transform_vector3(direction),
+        );
+        let place = o - d * (o.z / d.z);
+        let pixel = image.pixel(x, y);
+        if place.x.abs().max(place.y.abs()) < 0.46 {
+            assert_eq!(pixel[0], 0.0, "red at {x} {y}");
+            assert_eq!(pixel[3], 1.0, "a hole at {x} {y}");
+            front += 1;
+        } else if pixel[3] == 1.0 && place.x.abs().max(place.y.abs()) > 0.54 {
+            assert_eq!(pixel[1], 0.0, "green at {x} {y}");
+            back += 1;
+        }
+    }
+    assert!(front > 1000 && back > 1000, "{front} {back}");
+}
+
+#[test]
+fn noise_across_a_surface_leaves_it_closed() {
+    let scene = Scene {
+        shape: Shape::Plane,
+        waves: WAVES,
+    };
+    let mut cloud = scene.sampled(1.0, &camera());
+    let mut random = Random(11);
+    // Half a spacing, root mean square.
+    for position in &mut cloud.positions {
+        position[2] += ((random.next() - 0.5) * 3f64.sqrt() * 2.0 * 0.008) as f32;
+    }
+    let frame = drawn(&cloud, &camera(), &CloudOptions::default());
+    let found = against(&frame.image, &truth(&scene, &camera()));
+    println!(
+        "noise of half a spacing: {found:?}, {:?}",
+        frame.stats.left_out
+    );
+    save(&frame.image, "noise");
+    assert!(found.inside_db > 30.0, "{found:?}");
+    assert_eq!(found.holes, 0);
+}
+
+#[test]
+fn flying_pixels_are_left_out() {
+    let scene = Scene {
+        shape: Shape::Plane,
+        waves: WAVES,
+    };
+    let mut cloud = scene.sampled(1.0, &camera());
+    for i in 0..50 {
+        cloud.positions.push([
+            0.04 * i as f32 - 1.0,
+            0.3 * (i % 5) as f32 - 0.6,
+            -0.1 - 0.001 * i as f32,
+        ]);
+        cloud.colours.push([0, 0, 0]);
+    }
+    let prepared = prepare(&cloud).unwrap();
+    println!("{:?} of 50 are isolated", prepared.left_out);
+    assert!(
+        (45..=60).contains(&prepared.left_out.isolated),
+        "{:?}",
+        prepared.left_out
+    );
+}
+
+#[test]
+fn depth_is_that_of_the_surface() {
+    let scene = Scene {
+        shape: Shape::Sphere,
+        waves: WAVES,
+    };
+    let camera = camera();
+    let image = drawn(
+        &scene.sampled(1.0, &camera),
+        &camera,
+        &CloudOptions::default(),
+    )
+    .image;
+    let depth = image.depth.unwrap();
+    // The sphere's front lies one radius before its middle.
+    let expected = DVec3::new(0.6, -0.8, -3.0).length() - 1.0;
+    let found = f64::from(depth[96 * 256 + 128]);
+    assert!(
+        (found - expected).abs() < 1e-3,
+        "{found} against {expected}"
+    );
+    assert_eq!(depth[0], f32::INFINITY);
+}
+
+#[test]
+fn threads_do_not_change_the_bytes() {
+    let scene = Scene {
+        shape: Shape::Sphere,
+        waves: WAVES,
+    };
+    let cloud = scene.sampled(2.0, &camera());
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| drawn(&cloud, &camera(), &CloudOptions::default()).image)
+    };
+    assert!(
+        with(1) == with(3),
+        "one thread and three draw different pictures"
+    );
+}
+
+fn of_places(positions: Vec<[f32; 3]>) -> PointCloud {
+    PointCloud {
+        origin_in_world: DVec3::ZERO,
+        colours: vec![[200; 3]; positions.len()],
+        positions,
+    }
+}
+
+#[test]
+fn bad_clouds_are_refused() {
+    let refused = |cloud: &PointCloud, word: &str| {
+        let text = prepare(cloud).unwrap_err().to_string();
+        assert!(text.contains(word), "{text}");
+    };
+    refused(&of_places(Vec::new()), "no points");
+    refused(&of_places(vec![[0.0; 3], [0.0, f32::NAN, 1.0]]), "point 1");
+    refused(&of_places(vec![[f32::INFINITY; 3]]), "point 0");
+    let mut short = of_places(vec![[0.0; 3]; 3]);
+    short.colours.pop();
+    refused(&short, "2 colours");
+    let lost = PointCloud {
+        origin_in_world: DVec3::NAN,
+        ..of_places(vec![[0.0; 3]])
+    };
+    refused(&lost, "origin");
+    let options = CloudOptions {
+        sigma_spacings: f64::NAN,
+        ..CloudOptions::default()
+    };
+    let prepared = prepare(&of_places(vec![[0.0; 3]])).unwrap();
+    assert!(CloudRenderer::new(prepared, &options).is_err());
+}
+
+#[test]
+fn points_without_spacing_are_counted_and_not_drawn() {
+    for count in [1, 2, 100, 5000] {
+        let cloud = of_places(vec![[0.1, 0.2, 0.3]; count]);
+        let frame = drawn(&cloud, &camera(), &CloudOptions::default());
+        assert_eq!(frame.stats.left_out.without_spacing, count as u64);
+        assert_eq!(frame.stats.seen, 0);
+    }
+}
+
+#[test]
+fn few_points_and_points_on_a_line_draw_something_finite() {
+    for count in [2u8, 3, 5, 40] {
+        let cloud = of_places(
+            (0..count)
+                .map(|i| [0.02 * f32::from(i), 0.0, 0.0])
+                .collect(),
+        );
+        let image = drawn(&cloud, &camera(), &CloudOptions::default()).image;
+        assert!(
+            image.rgba.iter().flatten().all(|c| c.is_finite()),
+            "{count} points"
+        );
+    }
+}
+
+#[test]
+fn an_offset_of_1e7_changes_nothing_that_can_be_seen() {
+    let scene = Scene {
+        shape: Shape::Sphere,
+        waves: WAVES,
+    };
+    let near = scene.sampled(1.0, &camera());
+    let offset = DVec3::new(1e7, -1e7, 3e7);
+    let far = PointCloud {
+        origin_in_world: offset,
+        ..near.clone()
+    };
+    let moved = pose(DVec3::new(0.6, -0.8, -3.0) + offset, offset);
+    let moved = Camera::perspective(&moved, 0.9, [256, 192]).unwrap();
+    let options = CloudOptions::default();
+    let (near, far) = (
+        drawn(&near, &camera(), &options),
+        drawn(&far, &moved, &options),
+    );
+    let pairs = near
+        .image
+        .rgba
+        .iter()
+        .flatten()
+        .zip(far.image.rgba.iter().flatten());
+    let differ = pairs.filter(|(a, b)| (*a - *b).abs() > 1e-3).count();
+    assert!(differ < 40, "{differ} values differ");
+}
+
+#[test]
+fn points_across_the_eye_plane_draw_those_in_front() {
+    let mut random = Random(1);
+    let mut at = |size: f64| (size * (2.0 * random.next() - 1.0)) as f32;
+    // A floor one unit below the eye, that the eye stands on.
+    let floor = of_places((0..20_000).map(|_| [at(5.0), 1.0, at(5.0)]).collect());
+    for position in [
+        DVec3::ZERO,
+        DVec3::new(0.0, 0.99, 0.0),
+        DVec3::new(0.0, 1.0, 0.0),
+    ] {
+        for height in [64, 192] {
+            let pose = pose(position, position + DVec3::Z);
+            let camera = Camera::perspective(&pose, 1.2, [256, height]).unwrap();
+            let image = drawn(&floor, &camera, &CloudOptions::default()).image;
+            assert!(image.rgba.iter().flatten().all(|c| (0.0..=1.0).contains(c)));
+            let depth = image.depth.unwrap();
+            assert!(depth.iter().all(|d| *d > 0.0), "at {position}");
         }
     }
 }
 
+/// Times for the goal of 5 million points: run with `--ignored --nocapture`.
+#[test]
+#[ignore = "it measures, and takes seconds"]
+fn times_of_five_million_points() {
+    let scene = Scene {
+        shape: Shape::Sphere,
+        waves: WAVES,
+    };
+    let pose = pose(DVec3::new(0.6, -0.8, -3.0), DVec3::ZERO);
+    let camera = Camera::perspective(&pose, 0.62, [1920, 1080]).unwrap();
+    let per_px = 5e6 / scene.sampled(1.0, &camera).positions.len() as f64;
+    let cloud = scene.sampled(per_px, &camera);
+    for threads in [2, 1] {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let clock = std::time::Instant::now();
+            let prepared = prepare(&cloud).unwrap();
+            println!(
+                "{threads} threads: {} points prepared in {:?}",
+                cloud.positions.len(),
+                clock.elapsed()
+            );
+            let mut renderer = CloudRenderer::new(prepared, &CloudOptions::default()).unwrap();
+            for _ in 0..3 {
+                let stats = renderer.render(&camera).unwrap().stats;
+                println!(
+                    "project {:?}, draw {:?}, {} pixels",
+                    stats.project, stats.draw, stats.seen
+                );
+            }
+        });
+    }
+}
+
+#[test]
+fn a_disc_takes_at_most_60_bytes() {
+    assert!(size_of::<crate::cloud::Disc>() <= 60);
+}
+
+/// Writes a picture to the folder that `CLOUD_PICTURES` names, if it does.
 fn save(image: &Image, name: &str) {
-    let mut bytes = format!("P6 {} {} 255\n", image.width, image.height).into_bytes();
-    for p in image.clone().over_background([0.1, 0.0, 0.2]).srgb8() { bytes.extend(p); }
-    std::fs::write(format!("/tmp/w-d/{name}.ppm"), bytes).unwrap();
+    if let Ok(folder) = std::env::var("CLOUD_PICTURES") {
+        let mut bytes = format!("P6 {} {} 255\n", image.width, image.height).into_bytes();
+        let image = image.clone().over_background([0.1, 0.0, 0.2]);
+        bytes.extend(image.srgb8().concat());
+        std::fs::write(format!("{folder}/{name}.ppm"), bytes).unwrap();
+    }
 }

@@ -10,7 +10,7 @@ use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::tile::TILE_PX;
 
 use crate::cloud::options::Blend;
-use crate::cloud::project::{APRON_PX, REACH_SIGMAS, Splat};
+use crate::cloud::project::{APRON_PX, REACH_SIGMAS, Splat, grown};
 
 /// Side of the tile with its apron, px.
 const SIDE: usize = TILE_PX + 2 * APRON_PX;
@@ -112,7 +112,10 @@ impl TileScratch {
         if needed.is_some() {
             self.widen_front();
         }
-        splats().for_each(|splat| self.add(job, splat));
+        let farthest = self.front.iter().fold(0.0, |a: f32, &b| a.max(b));
+        for splat in splats().filter(|splat| splat.z - splat.half_depth <= farthest) {
+            self.add(job, splat);
+        }
         if let Some(needed) = &needed {
             splats().for_each(|splat| self.cover(job, splat, needed));
         }
@@ -204,7 +207,8 @@ impl TileScratch {
     /// Marks the subpixels that a disc covers.
     fn cover(&mut self, job: &TileJob, splat: &Splat, needed: &[bool; SIDE * SIDE]) {
         let masks = &mut self.masks;
-        for_each_pixel(job, &splat.disc_box, APRON_PX, |slot, centre| {
+        // Subpixels lie up to half a pixel from their pixel's centre.
+        for_each_pixel(job, &grown(splat.disc_box), APRON_PX, |slot, centre| {
             if !needed[slot] || masks[slot] == u16::MAX {
                 return;
             }
@@ -352,7 +356,10 @@ fn exp_of_negative(x: f32) -> f32 {
 fn inside_picture(job: &TileJob, axis: usize) -> [usize; 2] {
     let before = APRON_PX.min(job.first[axis]);
     let left = job.picture[axis] - job.first[axis];
-    [APRON_PX - before, APRON_PX + left.min(job.size[axis] + APRON_PX)]
+    [
+        APRON_PX - before,
+        APRON_PX + left.min(job.size[axis] + APRON_PX),
+    ]
 }
 
 /// Visits the pixels of a box that lie in the tile and its apron: their slot with the apron, and their centre, px.
@@ -365,7 +372,9 @@ fn for_each_pixel(
     let range = |axis: usize, first: u16, end: u16| {
         let start = job.first[axis];
         let low = usize::from(first).max(start.saturating_sub(apron));
-        let high = usize::from(end).min(start + job.size[axis] + apron);
+        let high = usize::from(end)
+            .min(start + job.size[axis] + apron)
+            .min(job.picture[axis]);
         low..high
     };
     for y in range(1, y0, y1) {

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use resample_core::image::srgb_from_linear;
 use resample_core::point::PIXEL_SIGMA_PX;
-use resample_core::{Camera, Image};
+use resample_core::{Camera, Image, Projection};
 
 use crate::cloud::PointCloud;
 
@@ -82,14 +82,26 @@ impl Scene {
     /// Points at random: as many as a picture has pixels per area, seen from the front at the origin's distance, times `per_px`.
     pub(super) fn sampled(&self, per_px: f64, camera: &Camera) -> PointCloud {
         let distance = camera.eye_in_world().length();
-        let spacing = distance / camera.fx / per_px.sqrt();
+        let px = match camera.projection {
+            Projection::Perspective => distance / camera.fx,
+            Projection::Orthographic => 1.0 / camera.fx,
+        };
+        let spacing = px / per_px.sqrt();
         let mut random = Random(7);
         let places: Vec<DVec3> = match self.shape {
             Shape::Plane => {
                 let side = (2.0 / spacing).round() as usize;
-                let cell = |random: &mut Random, i: usize| -1.0 + 2.0 * (i as f64 + random.next()) / side as f64;
+                let cell = |random: &mut Random, i: usize| {
+                    -1.0 + 2.0 * (i as f64 + random.next()) / side as f64
+                };
                 (0..side * side)
-                    .map(|i| DVec3::new(cell(&mut random, i % side), cell(&mut random, i / side), 0.0))
+                    .map(|i| {
+                        DVec3::new(
+                            cell(&mut random, i % side),
+                            cell(&mut random, i / side),
+                            0.0,
+                        )
+                    })
                     .collect()
             }
             Shape::Sphere => {
@@ -100,7 +112,8 @@ impl Scene {
                     let (sin, cos) = (golden * i as f64).sin_cos();
                     let r = (1.0 - z * z).sqrt();
                     let mut jitter = || (random.next() - 0.5) * spacing;
-                    (DVec3::new(r * cos, r * sin, z) + DVec3::new(jitter(), jitter(), jitter())).normalize()
+                    (DVec3::new(r * cos, r * sin, z) + DVec3::new(jitter(), jitter(), jitter()))
+                        .normalize()
                 };
                 (0..count).map(place).collect()
             }
@@ -113,7 +126,10 @@ impl Scene {
         PointCloud {
             origin_in_world: DVec3::ZERO,
             positions: places.iter().map(|p| p.as_vec3().to_array()).collect(),
-            colours: places.iter().map(|&p| self.colour(p).to_array().map(code)).collect(),
+            colours: places
+                .iter()
+                .map(|&p| self.colour(p).to_array().map(code))
+                .collect(),
         }
     }
 }
@@ -133,7 +149,9 @@ pub(super) fn truth(scene: &Scene, camera: &Camera) -> Image {
         let hit = scene.hit(origin, world_from_camera.transform_vector3(direction));
         hit.map_or([0.0; 4], |p| scene.colour(p).extend(1.0).to_array())
     };
-    let rays: Vec<[f64; 4]> = (0..columns * (height + 2 * margin) * SUB).map(ray).collect();
+    let rays: Vec<[f64; 4]> = (0..columns * (height + 2 * margin) * SUB)
+        .map(ray)
+        .collect();
     let reach = 2 * margin * SUB + SUB;
     let weight = |i: i32| {
         let d = (f64::from(i) + 0.5 - 0.5 * f64::from(reach)) / (f64::from(SUB) * PIXEL_SIGMA_PX);
