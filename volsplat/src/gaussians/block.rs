@@ -173,27 +173,49 @@ impl Active {
     }
 
     /// The error of the order of a slab, M sqrt(V), to the power of a half: it grows about in proportion to the slab's length.
-    fn mixing(&self, z0: f32, z1: f32) -> f32 {
-        let (mut mass, mut squares) = (0f32, 0f32);
-        let mut sums = [0f32; 3];
-        for at in 0..self.len() {
-            let (low, high) = (self.low[at], self.high[at]);
-            let depth = self.rate[at] * (z1.clamp(low, high) - z0.clamp(low, high));
-            let colour = [self.red[at], self.green[at], self.blue[at]];
+    #[inline(always)]
+    fn mixing<S: Simd>(&self, simd: S, z0: f32, z1: f32) -> f32 {
+        let splat = |value: f32| f32x16::splat(simd, value);
+        let zero = splat(0.0);
+        let (mut mass, mut squares, mut sums) = (zero, zero, [zero; 3]);
+        for first in (0..self.len()).step_by(LANES) {
+            let (low, high) = (
+                self.part(simd, &self.low, first),
+                self.part(simd, &self.high, first),
+            );
+            let within = splat(z1).max(low).min(high) - splat(z0).max(low).min(high);
+            let depth = self.part(simd, &self.rate, first) * within;
             mass += depth;
-            for (sum, c) in sums.iter_mut().zip(colour) {
-                *sum += depth * c;
-                squares += depth * c * c;
+            for (sum, colours) in sums.iter_mut().zip([&self.red, &self.green, &self.blue]) {
+                let colour = self.part(simd, colours, first);
+                *sum = depth.mul_add(colour, *sum);
+                squares = (depth * colour).mul_add(colour, squares);
             }
         }
-        let variance = mass * squares - sums.iter().map(|s| s * s).sum::<f32>();
+        let mass = mass.reduce_sum();
+        let [r, g, b] = sums.map(|sum| sum.reduce_sum());
+        let variance = mass * squares.reduce_sum() - (r * r + g * g + b * b);
         (mass * variance.max(0.0).sqrt()).sqrt()
     }
 
+    /// 16 numbers of a list from `first` on; 0 beyond its end.
+    #[inline(always)]
+    fn part<S: Simd>(&self, simd: S, list: &[f32], first: usize) -> f32x16<S> {
+        match list.get(first..first + LANES) {
+            Some(part) => f32x16::from_slice(simd, part),
+            None => {
+                let mut part = [0.0; LANES];
+                part[..list.len() - first].copy_from_slice(&list[first..]);
+                f32x16::from_slice(simd, &part)
+            }
+        }
+    }
+
     /// The camera z of a slab's end, at most `limit`.
-    fn slab_end(&self, z0: f32, limit: f32, most: f32) -> f32 {
+    #[inline(always)]
+    fn slab_end<S: Simd>(&self, simd: S, z0: f32, limit: f32, most: f32) -> f32 {
         let (mut low, mut at_low) = (z0, -most);
-        let (mut high, mut at_high) = (limit, self.mixing(z0, limit) - most);
+        let (mut high, mut at_high) = (limit, self.mixing(simd, z0, limit) - most);
         if at_high <= 0.0 {
             return limit;
         }
@@ -205,7 +227,7 @@ impl Active {
                 0.5
             };
             let z = low + share.clamp(0.05, 0.95) * (high - low);
-            let at = self.mixing(z0, z) - most;
+            let at = self.mixing(simd, z0, z) - most;
             if at.abs() < 0.1 * most {
                 return z;
             }
@@ -237,7 +259,7 @@ pub(crate) fn draw<S: Simd>(
         // A slab may be this wrong where this share of the light reaches it.
         let most = (settings.slab_error / pixels.greatest_transmittance()).sqrt();
         while let Some((at, begin)) = next {
-            if active.mixing(z0, begin) >= most {
+            if active.mixing(simd, z0, begin) >= most {
                 break;
             }
             work.met += activate(simd, forms.form(at), rays, active);
@@ -248,7 +270,7 @@ pub(crate) fn draw<S: Simd>(
         }
         let begin = next.map_or(f32::INFINITY, |(_, begin)| begin);
         let limit = begin.min(active.last_end());
-        let z1 = active.slab_end(z0, limit, most).max(above(z0));
+        let z1 = active.slab_end(simd, z0, limit, most).max(above(z0));
         pixels.add(simd, [z0, z1], rays, active);
         work.slabs += 1;
         work.summed += active.len() as u64;

@@ -9,7 +9,7 @@ pub(crate) const REACH: f32 = 3.0;
 /// Share of the profile before x, less a half, over x: in powers of x^2. Least greatest error over the reach, scaled so that
 /// the shares of both ends are 0 and 1: 3e-4.
 const SHARE: [f32; 5] = [
-    0.398_816_64,
+    0.398_816_65,
     -0.064_121_55,
     0.008_174_414_5,
     -0.000_610_624_8,
