@@ -38,7 +38,6 @@ pub mod input;
 mod view;
 mod surfaces;
 mod project;
-mod prepared;
 mod hybrid;
 mod resolve;
 pub mod keys;

@@ -12,7 +12,7 @@ use crate::options::{ExtraPlanes, Fill, Method, WarpOptions};
 use crate::paper::nearest::Nearest;
 use crate::paper::splat;
 use crate::paper::splat::Shape;
-use crate::prepared::Prepared;
+use crate::project::prepared::Prepared;
 use crate::stats::FrameStats;
 use crate::surfaces::surface::MAX_CELLS;
 use crate::view::layer::{Layer, Purpose};

@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-/// Ranges of at most this many points are searched one by one. A guess; 8 to 16 cost the same.
+/// Ranges of at most this many points are searched one by one. A guess.
 const LEAF: usize = 10;
 
 /// Ranges longer than this are sorted by two tasks. A guess.

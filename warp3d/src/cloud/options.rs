@@ -17,7 +17,9 @@ pub enum Blend {
 pub struct CloudOptions {
     /// How colours are blended.
     pub blend: Blend,
-    /// Standard deviation of a disc's Gaussian, spacings of its points. Less is sharper and noisier. 0.1 to 1.5.
+    /// Standard deviation of a disc's Gaussian, spacings of its points; more where its disc reaches farther. Less is sharper
+    /// and noisier. Measured with a smooth texture at one point a pixel and at one per 2x2: 0.35 gave 56.5 and 41.6 dB, 0.42 55.5
+    /// and 42.9, 0.5 54.0 and 41.7. 0.1 to 1.5.
     pub sigma_spacings: f64,
     /// How far behind the nearest surface of a pixel a disc still belongs to it, spacings of its points. 0 to 10.
     pub depth_tolerance_spacings: f64,

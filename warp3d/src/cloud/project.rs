@@ -175,20 +175,12 @@ impl<'a> Projector<'a> {
             self.pixel_box(at, reach.min(DVec2::splat(MOST_REACH_PX)))
         };
         let (disc_box, blend_box) = (boxed(ellipse, 1.0)?, boxed(blurred, REACH_SIGMAS)?);
-        let stretch = (1.0 / local.sine).min(MOST_STRETCH);
-        let tolerance = self.options.depth_tolerance_spacings * spacing * stretch
-            + THICKNESS_SIGMAS * f64::from(disc.thickness);
-        let determinant = shape[0] * shape[2] - shape[1] * shape[1];
-        let area_px2 = spacing * spacing * determinant.max(0.0).sqrt();
-        let gaussian_area_px2 =
-            std::f64::consts::TAU * (blurred[0] * blurred[2] - blurred[1] * blurred[1]).sqrt();
-        // Seen edge-on an area vanishes; something of its colour remains.
-        let weight = area_px2.max(1e-6) / gaussian_area_px2;
+        let weight = weight(shape, spacing, blurred);
         let splat = Splat {
             at: [at.x as f32, at.y as f32],
             z: middle.z as f32,
             half_depth: half_depth as f32,
-            tolerance: tolerance as f32,
+            tolerance: self.tolerance(disc, local.sine) as f32,
             slope: [local.slope.x as f32, local.slope.y as f32],
             gaussian,
             disc: disc_form,
@@ -199,6 +191,13 @@ impl<'a> Projector<'a> {
             blend_box,
         };
         (splat.weight.is_finite() && at.is_finite()).then_some(splat)
+    }
+
+    /// How far behind a disc others belong to its surface, seen at an angle of this sine.
+    fn tolerance(&self, disc: &Disc, sine: f64) -> f64 {
+        let stretch = (1.0 / sine).min(MOST_STRETCH);
+        let spacings = self.options.depth_tolerance_spacings * stretch;
+        spacings * f64::from(disc.spacing) + THICKNESS_SIGMAS * f64::from(disc.thickness)
     }
 
     fn local(&self, middle: DVec3, normal: DVec3) -> Local {
@@ -264,6 +263,14 @@ impl Local {
         let (nx, ny) = (x.dot(normal), y.dot(normal));
         [x.dot(x) - nx * nx, x.dot(y) - nx * ny, y.dot(y) - ny * ny]
     }
+}
+
+/// The screen area of a point's part of the surface over that of its blurred Gaussian.
+fn weight(shape: [f64; 3], spacing: f64, blurred: [f64; 3]) -> f64 {
+    let determinant = |[xx, xy, yy]: [f64; 3]| (xx * yy - xy * xy).max(0.0);
+    let area_px2 = spacing * spacing * determinant(shape).sqrt();
+    // Seen edge-on an area vanishes; something of its colour remains. A millionth of a pixel is a guess.
+    area_px2.max(1e-6) / (std::f64::consts::TAU * determinant(blurred).sqrt())
 }
 
 fn plus(covariance: [f64; 3], variance: f64) -> [f64; 3] {

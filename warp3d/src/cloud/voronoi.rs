@@ -5,7 +5,7 @@
 
 use glam::DVec2;
 
-/// Corners of a square that a line cuts once for each of 13 neighbours and once for the border, each adding one.
+/// Most corners of a cell: those of irregular points have six in the mean. A guess with a margin.
 const MOST_CORNERS: usize = 20;
 
 /// A convex polygon around the origin.

@@ -19,7 +19,7 @@ use resample_core::{Camera, dispatch};
 
 use crate::hybrid::fine::{Fine, Lattice, Places, one_beyond_doubt};
 pub(crate) use crate::hybrid::fine::{SlotParts, one_surface};
-use crate::prepared::Prepared;
+use crate::project::prepared::Prepared;
 use crate::project::{Projected, Scene, Terms, in_front};
 use crate::stats::FrameStats;
 use crate::surfaces::surface::{NO_PATCH, Surfaces};

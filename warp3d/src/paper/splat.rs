@@ -12,7 +12,7 @@ use resample_core::clock::StageClock;
 use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::{Camera, Projection};
 
-use crate::prepared::Prepared;
+use crate::project::prepared::Prepared;
 use crate::stats::FrameStats;
 use crate::surfaces::patch::Patch;
 use crate::surfaces::surface::Surfaces;

@@ -10,6 +10,8 @@ mod warped;
 mod extent;
 mod cells;
 mod quarters;
+// What is kept of a reference between frames, segments of this folder among it.
+pub(crate) mod prepared;
 
 use std::ops::Range;
 

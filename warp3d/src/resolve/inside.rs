@@ -13,8 +13,8 @@ use fearless_simd_macros::simd;
 use glam::DVec2;
 
 use super::resolver::{Resolver, Row};
-use crate::prepared::Prepared;
 use crate::project::narrow;
+use crate::project::prepared::Prepared;
 use crate::resolve::colour::{
     BENT_VARIANCE, EightFilters, EightWeights, FILTERS, Footprint, LEAST_VARIANCE, Lookup, NOWHERE,
     Taps, Weights, by_place, eight_axes, eight_samples, held, small_form, through,

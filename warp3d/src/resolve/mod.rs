@@ -18,7 +18,7 @@ use resample_core::clock::StageClock;
 use resample_core::{Camera, dispatch};
 
 use crate::hybrid::{How, Hybrid};
-use crate::prepared::Prepared;
+use crate::project::prepared::Prepared;
 use crate::resolve::colour::as_taken;
 use crate::stats::FrameStats;
 use crate::surfaces::patch::{Hit, Patch, PlaneMap};

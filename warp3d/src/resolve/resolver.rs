@@ -6,7 +6,7 @@ use resample_core::simd::Vectors;
 use resample_core::{Camera, Projection};
 
 use crate::hybrid::{How, Hybrid};
-use crate::prepared::Prepared;
+use crate::project::prepared::Prepared;
 use crate::resolve::colour::Lookup;
 use crate::surfaces::patch::Patch;
 use crate::view::layer::{Layer, Purpose};

@@ -25,8 +25,8 @@ use cubic::{Axis, across};
 pub(crate) use cubic::{EightWeights, Taps, Weights, by_place};
 
 use crate::keys::weights;
-use crate::prepared::Prepared;
 use crate::project::narrow;
+use crate::project::prepared::Prepared;
 use crate::surfaces::patch::{Hit, Patch};
 use crate::surfaces::surface::Surfaces;
 
