@@ -9,9 +9,9 @@ pub(crate) const REACH: f32 = 3.0;
 /// Share of the profile before x, less a half, over x: in powers of x^2. Least greatest error over the reach, scaled so that
 /// the shares of both ends are 0 and 1: 3e-4.
 const SHARE: [f32; 5] = [
-    0.398_816_65,
+    0.398_816_63,
     -0.064_121_55,
-    0.008_174_414_5,
+    0.008_174_415,
     -0.000_610_624_8,
     1.950_341_2e-5,
 ];
