@@ -71,7 +71,7 @@ impl Default for GaussianOptions {
     fn default() -> Self {
         Self {
             model: Model::Volume,
-            slab_error: 0.02,
+            slab_error: 0.3,
             samples: PixelSamples::Auto,
             clip: Clip::default(),
             // A quarter of a step of an 8-bit picture.
