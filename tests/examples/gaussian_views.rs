@@ -53,8 +53,8 @@ fn truth(scene: &Gaussians, camera: &Camera, count: usize) -> Vec<([usize; 2], [
         if found.len() == count {
             break;
         }
-        let x = (numbers.next() * f64::from(camera.width)) as usize;
-        let y = (numbers.next() * f64::from(camera.height)) as usize;
+        let x = (numbers.uniform() * f64::from(camera.width)) as usize;
+        let y = (numbers.uniform() * f64::from(camera.height)) as usize;
         let truth = twin.pixel(x, y);
         if truth[3] > 0.05 {
             found.push(([x, y], truth));

@@ -10,7 +10,7 @@ pub struct Numbers(pub u64);
 
 impl Numbers {
     /// The next one.
-    pub fn next(&mut self) -> f64 {
+    pub fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -20,8 +20,8 @@ impl Numbers {
 
     /// A normal deviate.
     pub fn normal(&mut self) -> f64 {
-        let radius = (-2.0 * self.next().max(1e-300).ln()).sqrt();
-        radius * (std::f64::consts::TAU * self.next()).cos()
+        let radius = (-2.0 * self.uniform().max(1e-300).ln()).sqrt();
+        radius * (std::f64::consts::TAU * self.uniform()).cos()
     }
 }
 
@@ -32,19 +32,19 @@ pub fn knot(count: usize, seed: u64) -> Gaussians {
     // Discs overlap about three times over.
     let spacing = (2.0 * 10.0 * 0.25 * std::f64::consts::TAU / count as f64).sqrt();
     for _ in 0..count {
-        let t = std::f64::consts::TAU * numbers.next();
-        let angle = std::f64::consts::TAU * numbers.next();
+        let t = std::f64::consts::TAU * numbers.uniform();
+        let angle = std::f64::consts::TAU * numbers.uniform();
         let (centre, normal) = tube(t, angle);
         let centre = centre + normal * 0.3 * spacing * numbers.normal();
         let tilt = DVec3::new(numbers.normal(), numbers.normal(), numbers.normal()) * 0.15;
         let towards = (normal + tilt).normalize();
         let rotation = Quat::from_rotation_arc(Vec3::Z, towards.as_vec3())
-            * Quat::from_rotation_z((std::f64::consts::TAU * numbers.next()) as f32);
+            * Quat::from_rotation_z((std::f64::consts::TAU * numbers.uniform()) as f32);
         let size = spacing * (0.5 * numbers.normal()).exp();
         let long = (0.4 * numbers.normal()).exp();
         let scales = DVec3::new(size * long, size / long, 0.15 * size);
         let pattern = 0.5 + 0.4 * (24.0 * t).sin() * (6.0 * angle).sin();
-        let hue = DVec3::new(pattern, 0.3 + 0.4 * numbers.next(), 1.0 - pattern);
+        let hue = DVec3::new(pattern, 0.3 + 0.4 * numbers.uniform(), 1.0 - pattern);
         // Opacities as training leaves them: many near 1, many faint.
         let opacity = 1.0 / (1.0 + (-2.0 * numbers.normal() - 0.5).exp());
         let coefficients: Vec<f32> = (0..9).map(|_| (0.08 * numbers.normal()) as f32).collect();
@@ -96,8 +96,8 @@ pub fn ball(count: usize, seed: u64) -> Gaussians {
             centre: centre.as_vec3(),
             rotation,
             scales: scales.as_vec3(),
-            opacity: (0.02 + 0.6 * numbers.next() * numbers.next()) as f32,
-            colour: DVec3::new(numbers.next(), numbers.next(), numbers.next()).as_vec3(),
+            opacity: (0.02 + 0.6 * numbers.uniform() * numbers.uniform()) as f32,
+            colour: DVec3::new(numbers.uniform(), numbers.uniform(), numbers.uniform()).as_vec3(),
         };
         all.push(&gaussian, &[]).expect("finite numbers");
     }
