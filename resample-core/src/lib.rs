@@ -32,6 +32,7 @@ pub mod simd;
 pub mod clock;
 pub mod stop;
 pub mod scratch;
+pub mod narrow;
 pub mod error;
 
 pub use camera::framing::Framing;

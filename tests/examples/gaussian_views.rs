@@ -7,8 +7,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use resample_core::Camera;
 use resample_core::image::srgb_from_linear;
-use resample_tests::twins::gaussians::GaussianTwin;
-use resample_tests::volumes::gaussian_scenes::{Numbers, ball, camera, knot};
+use resample_tests::gaussians::scenes::{Numbers, ball, camera, knot};
+use resample_tests::gaussians::twin::GaussianTwin;
 use volsplat::{GaussianOptions, GaussianRenderer, Gaussians, PixelSamples};
 
 fn main() {

@@ -4,6 +4,7 @@
 //! is a cross product, an integral is a sum over many small steps, a screen is looped over pixel by pixel. What is
 //! taken from the library is its data (volumes, cameras, options, pictures) and the transfer function.
 
+pub mod gaussians;
 pub mod meshes;
 pub mod twins;
 pub mod volumes;

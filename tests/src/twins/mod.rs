@@ -1,7 +1,7 @@
 //! Slow twins of the volume renderer, in f64 and by definition: no formula is shared with the code that they test.
 //!
 //! `rays`, `field`, `trilinear` and `march` are rays and fields; `light`, `clip`, `cells` and `coefficients` their parts; `samples` and
-//! `kernel_sheets` draw the paper's orders; `sheets`, `channels`, `statistic`, `isosurface` and `segments` draw the field; `gaussians` draws Gaussians.
+//! `kernel_sheets` draw the paper's orders; `sheets`, `channels`, `statistic`, `isosurface` and `segments` draw the field.
 
 pub mod rays;
 pub mod field;
@@ -18,4 +18,3 @@ pub mod channels;
 pub mod statistic;
 pub mod isosurface;
 pub mod segments;
-pub mod gaussians;

@@ -8,4 +8,3 @@ pub mod lod_scenes;
 pub mod peer_scenes;
 pub mod popping;
 pub mod against_sheets;
-pub mod gaussian_scenes;

@@ -1,13 +1,14 @@
 //! A block of 4x4 pixels, walked front to back in slabs parallel to the picture.
 //!
 //! In a slab the optical depths of all Gaussians are summed, and with them colours and first moments along the ray; the slab is
-//! composited as one. The order inside a slab is lost but for the moments, so a slab ends where the colours that it would mix
+//! composited as one. The order inside a slab is lost except for the moments, so a slab ends where the colours that it would mix
 //! differ by too much, weighted by the light that reaches it: M sqrt(V) T <= error, with the optical depth M of the slab, the
 //! variance V of its colours by optical depth, and the transmittance T before it. A Gaussian alone takes one slab, and so do
 //! many of one colour.
 
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
+use resample_core::narrow::single;
 use resample_core::simd::{exp2, opacity_from_optical_depth};
 
 use crate::gaussians::profile::{REACH, optical_depth, share_and_moment};
@@ -23,7 +24,7 @@ type Lanes = [f32; LANES];
 /// early only wait.
 const TAKEN_AT_ONCE: usize = 8;
 
-/// What all blocks of a frame share.
+/// Settings that all blocks of a frame share.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BlockSettings {
     /// Greatest error of colour of a slab's order, 0..1, before moments correct it.
@@ -308,7 +309,7 @@ fn activate<S: Simd>(simd: S, form: &RayForm, rays: &BlockRays, active: &mut Act
     let over = splat(1.0) / density;
     let q = quadratic(simd, &form.distance, x, y) * over;
     let exponent = splat(form.log2_opacity) - q.max(splat(0.0)) * HALF_LOG2_E;
-    let least = splat(LEAST_OPACITY.log2() as f32);
+    let least = splat(single(LEAST_OPACITY.log2()));
     let seen = exponent.simd_ge(least);
     if !seen.any_true() {
         return 0;

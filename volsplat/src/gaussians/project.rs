@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use rayon::prelude::*;
+use resample_core::narrow::{pixel, single};
 use resample_core::sort::depth_key;
 use resample_core::tile::{ChunkBins, TileGrid};
 use resample_core::{Camera, Projection};
@@ -88,7 +89,7 @@ impl Binned {
     }
 }
 
-/// What all Gaussians of a frame share.
+/// Camera and eye, which all Gaussians of a frame share.
 struct View<'a> {
     camera: &'a Camera,
     camera_from_world: DMat3,
@@ -146,7 +147,7 @@ impl<'a> View<'a> {
             minor_px: self.minor_px(centre, &covariance),
         };
         let near_z = (centre.z - reach_z).max(self.camera.near);
-        Some((in_view, near_z as f32))
+        Some((in_view, single(near_z)))
     }
 
     /// The pixels of the picture in which the Gaussian, widened by the pixel's Gaussian, may have the least opacity.
@@ -210,7 +211,7 @@ impl<'a> View<'a> {
         };
         let first = (focal * low + principal - 0.5).ceil().max(0.0);
         let end = ((focal * high + principal - 0.5).floor() + 1.0).min(size);
-        (first < end).then_some([first as u16, end as u16])
+        (first < end).then_some([pixel(first), pixel(end)])
     }
 
     /// The smaller standard deviation of the footprint, px; 0 where the centre lies at the eye's plane.
@@ -233,7 +234,7 @@ impl<'a> View<'a> {
         );
         let middle = 0.5 * (xx + yy);
         let apart = (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
-        (middle - apart).max(0.0).sqrt() as f32
+        single((middle - apart).max(0.0).sqrt())
     }
 }
 

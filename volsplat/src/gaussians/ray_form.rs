@@ -7,6 +7,7 @@
 //! so that f32 loses nothing in the tile: no term is much greater than the sum.
 
 use glam::{DMat3, DVec2, DVec3};
+use resample_core::narrow::single;
 use resample_core::{Camera, Projection};
 
 use crate::gaussians::project::{InView, LEAST_OPACITY, pixel_variance};
@@ -71,22 +72,22 @@ impl RayForm {
         let determinant = covariance.x_axis.dot(adjugate.x_axis);
         let density = rays.density(&adjugate);
         let scale = 1.0 / density[0];
-        let all = |polynomial: [f64; 6]| polynomial.map(|c| (c * scale) as f32);
+        let all = |polynomial: [f64; 6]| polynomial.map(|c| single(c * scale));
         let sharpest = 1.0 / (THINNEST * centre.z.abs().max(camera.near.abs())).powi(2);
         Some(Self {
             distance: all(rays.distance(&covariance)),
             density: all(density),
-            peak: rays.peak(&adjugate).map(|c| (c * scale) as f32),
-            sharpness: (density[0] / determinant).min(sharpest) as f32,
-            sharpest: sharpest as f32,
-            log2_opacity: opacity.min(MOST_OPACITY).log2() as f32,
+            peak: rays.peak(&adjugate).map(|c| single(c * scale)),
+            sharpness: single((density[0] / determinant).min(sharpest)),
+            sharpest: single(sharpest),
+            log2_opacity: single(opacity.min(MOST_OPACITY).log2()),
             colour: in_view.colour,
             blocks: blocks(in_view, place),
         })
     }
 }
 
-/// What widening leaves of the opacity: the footprint's area before, over that after.
+/// The share of the opacity that widening leaves: the footprint's area before, over that after.
 fn kept_share(camera: &Camera, centre: DVec3, sharp: &DMat3, wide: &DMat3) -> f64 {
     let towards = match camera.projection {
         Projection::Perspective => centre,

@@ -4,6 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 use glam::DVec2;
 use resample_core::Camera;
+use resample_core::narrow::{side, single};
 use resample_core::sort::{entry_index, entry_key, sort_by_depth};
 use resample_core::tile::{MAX_CHUNK_LEN, TILE_AREA, TILE_PX};
 
@@ -27,7 +28,7 @@ const SAMPLE_OFFSET_PX: f64 = 0.458_257_569_495_584;
 /// Gaussians that are made ready at a time: what lies behind an opaque tile is never looked at.
 const BATCH: usize = 32;
 
-/// What all tiles of a frame share.
+/// Camera, lists and options, which all tiles of a frame share.
 pub(crate) struct TileJob<'a> {
     pub(crate) camera: &'a Camera,
     pub(crate) binned: &'a Binned,
@@ -125,7 +126,7 @@ pub(crate) fn draw_tile<S: Simd>(
     let entries = &mut scratch.list.entries;
     entries.clear();
     for chunk in &job.binned.chunks {
-        entries.extend_from_slice(chunk.tile(column as u16, row as u16));
+        entries.extend_from_slice(chunk.tile(side(column), side(row)));
     }
     if entries.is_empty() {
         return false;
@@ -220,15 +221,15 @@ fn block_rays(job: &TileJob, place: &TilePlace, block: usize, offset: [f64; 2]) 
     let mut rays = BlockRays {
         x: [0.0; LANES],
         y: [0.0; LANES],
-        near: [job.camera.near as f32; LANES],
+        near: [single(job.camera.near); LANES],
         far: [f32::INFINITY; LANES],
     };
     let [x0, y0] = corner(block);
     for lane in 0..LANES {
         let x = (x0 + lane % BLOCK_PX) as f64 + 0.5 + offset[0];
         let y = (y0 + lane / BLOCK_PX) as f64 + 0.5 + offset[1];
-        rays.x[lane] = (x - 0.5 * TILE_PX as f64) as f32;
-        rays.y[lane] = (y - 0.5 * TILE_PX as f64) as f32;
+        rays.x[lane] = single(x - 0.5 * TILE_PX as f64);
+        rays.y[lane] = single(y - 0.5 * TILE_PX as f64);
         if !job.clip.is_whole() {
             let pos = DVec2::new(place.first[0] as f64 + x, place.first[1] as f64 + y);
             let (origin, direction) = job.camera.ray_in_camera(pos);
@@ -237,8 +238,8 @@ fn block_rays(job: &TileJob, place: &TilePlace, block: usize, offset: [f64; 2]) 
                 world_from_camera.transform_point3(origin),
                 world_from_camera.transform_vector3(direction),
             );
-            rays.near[lane] = rays.near[lane].max(near as f32);
-            rays.far[lane] = (far as f32).max(rays.near[lane]);
+            rays.near[lane] = rays.near[lane].max(single(near));
+            rays.far[lane] = single(far).max(rays.near[lane]);
         }
     }
     rays

@@ -1,4 +1,4 @@
-//! What a caller can choose about the drawing of points.
+//! Options of the drawing of points.
 
 use crate::Error;
 

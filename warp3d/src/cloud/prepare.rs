@@ -7,6 +7,7 @@
 
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
+use resample_core::narrow::single;
 
 use crate::Error;
 use crate::cloud::cells::{Nearest, Tree};
@@ -131,7 +132,7 @@ pub fn prepare(cloud: &PointCloud) -> Result<Prepared, Error> {
     })
 }
 
-/// What becomes of a point.
+/// The fate of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Keep {
     Kept,
@@ -166,9 +167,9 @@ fn fitted(tree: &Tree, slot: usize, cloud: &PointCloud) -> (Disc, f32) {
         position: place.at.to_array(),
         normal: plane.normal.as_vec3().to_array(),
         cut: cut.to_array(),
-        radius: edge.radius as f32,
-        spacing: spacing as f32,
-        thickness: plane.deviations[0] as f32,
+        radius: single(edge.radius),
+        spacing: single(spacing),
+        thickness: single(plane.deviations[0]),
         colour: cloud.colours[place.index as usize],
     };
     (disc, reach)
@@ -265,7 +266,7 @@ fn reach_of(
     radius.clamp(0.5 * spacing, most)
 }
 
-/// What becomes of the points of a block, whose first one has this slot.
+/// The fates of the points of a block, whose first one has this slot.
 fn kept<'a>(
     tree: &'a Tree,
     all: &'a [(Disc, f32)],
@@ -287,7 +288,7 @@ fn kept<'a>(
     block.iter().enumerate().map(judge)
 }
 
-/// Whether most neighbours have nearer ones than this place.
+/// Returns true if most neighbours have nearer ones than this place.
 fn is_far(tree: &Tree, all: &[(Disc, f32)], slot: usize) -> bool {
     let near = tree.nearest(tree.places[slot].at, NEAR);
     let neighbours = || {

@@ -7,6 +7,7 @@
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 use resample_core::image::linear_from_srgb;
+use resample_core::narrow::{pixel, side, single};
 use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::tile::{ChunkBins, MAX_CHUNK_LEN, TileGrid};
 use resample_core::{Camera, Projection};
@@ -104,14 +105,14 @@ pub(crate) fn project(
             bins.clear();
             for splat in discs.iter().filter_map(|disc| projector.splat(disc)) {
                 let [x0, y0, x1, y1] = union(grown(splat.disc_box), splat.blend_box);
-                let apron = APRON_PX as u16;
+                let apron = side(APRON_PX);
                 let columns = [
                     x0.saturating_sub(apron),
-                    (x1 + apron).min(camera.width as u16),
+                    (x1 + apron).min(side(camera.width as usize)),
                 ];
                 let rows = [
                     y0.saturating_sub(apron),
-                    (y1 + apron).min(camera.height as u16),
+                    (y1 + apron).min(side(camera.height as usize)),
                 ];
                 bins.push(splat, 0, grid.rect(columns, rows));
             }
@@ -177,15 +178,15 @@ impl<'a> Projector<'a> {
         let (disc_box, blend_box) = (boxed(ellipse, 1.0)?, boxed(blurred, REACH_SIGMAS)?);
         let weight = weight(shape, spacing, blurred);
         let splat = Splat {
-            at: [at.x as f32, at.y as f32],
-            z: middle.z as f32,
-            half_depth: half_depth as f32,
-            tolerance: self.tolerance(disc, local.sine) as f32,
-            slope: [local.slope.x as f32, local.slope.y as f32],
+            at: [single(at.x), single(at.y)],
+            z: single(middle.z),
+            half_depth: single(half_depth),
+            tolerance: single(self.tolerance(disc, local.sine)),
+            slope: [single(local.slope.x), single(local.slope.y)],
             gaussian,
             disc: disc_form,
-            cut: local.hit.map(|h| cut.dot(h) as f32),
-            weight: weight as f32,
+            cut: local.hit.map(|h| single(cut.dot(h))),
+            weight: single(weight),
             rgb: disc.colour.map(|code| self.linear[usize::from(code)]),
             disc_box,
             blend_box,
@@ -247,7 +248,7 @@ impl<'a> Projector<'a> {
         let (first, end) = ((at - reach - 0.5).ceil(), (at + reach - 0.5).floor() + 1.0);
         let near = first.cmple(size + 1.0).all() && end.cmpge(DVec2::NEG_ONE).all();
         let (first, end) = (first.clamp(DVec2::ZERO, size), end.clamp(DVec2::ZERO, size));
-        near.then_some([first.x as u16, first.y as u16, end.x as u16, end.y as u16])
+        near.then_some([pixel(first.x), pixel(first.y), pixel(end.x), pixel(end.y)])
     }
 }
 
@@ -284,6 +285,6 @@ fn plus(covariance: [f64; 3], variance: f64) -> [f64; 3] {
 /// The form xx, twice xy, yy of a covariance; `None` where it is not finite.
 fn inverse([xx, xy, yy]: [f64; 3]) -> Option<[f32; 3]> {
     let determinant = xx * yy - xy * xy;
-    let form = [yy, -2.0 * xy, xx].map(|c| (c / determinant) as f32);
+    let form = [yy, -2.0 * xy, xx].map(|c| single(c / determinant));
     (determinant > 0.0 && form.iter().all(|f| f.is_finite())).then_some(form)
 }

@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
+use resample_core::narrow::side;
 use resample_core::sort::entry_index;
 use resample_core::tile::{ChunkBins, TILE_PX, TileGrid};
 use resample_core::{Camera, Image};
@@ -146,7 +147,7 @@ impl CloudRenderer {
         };
         let lists = || {
             self.chunks.iter().flat_map(move |chunk| {
-                let list = chunk.tile(place[0] as u16, place[1] as u16);
+                let list = chunk.tile(side(place[0]), side(place[1]));
                 list.iter()
                     .map(|&entry| &chunk.primitives[entry_index(entry) as usize & 0xffff])
             })

@@ -6,6 +6,7 @@
 //! them, and the pixel's Gaussian sums them.
 
 use resample_core::Projection;
+use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::tile::TILE_PX;
 
@@ -26,7 +27,7 @@ const MOST_SHIFT: f32 = 1.0;
 /// Weights below this are rounding.
 const LEAST_WEIGHT: f32 = 1e-12;
 
-/// What one pixel of the blend sums: of each disc the weight, its colour and depth, and their moments with the offset.
+/// The sums of one pixel of the blend: of each disc the weight, its colour and depth, and their moments with the offset.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sums {
     weight: f32,
@@ -96,7 +97,7 @@ impl TileScratch {
             front: [f32::INFINITY; SIDE * SIDE],
             masks: [0; SIDE * SIDE],
             sums: [Sums::default(); TILE_PX * TILE_PX],
-            kernel: std::array::from_fn(|i| (weight(i) / sum) as f32),
+            kernel: std::array::from_fn(|i| single(weight(i) / sum)),
         }
     }
 
@@ -189,7 +190,7 @@ impl TileScratch {
             let met = splat.met(job.projection, dx, dy);
             let q = met.ratio * met.ratio * form(&splat.gaussian, dx, dy);
             let front = front[slot];
-            if q > (REACH_SIGMAS * REACH_SIGMAS) as f32 || met.z > front {
+            if q > single(REACH_SIGMAS * REACH_SIGMAS) || met.z > front {
                 return;
             }
             let (x, y) = (slot % SIDE - APRON_PX, slot / SIDE - APRON_PX);
@@ -238,7 +239,7 @@ impl TileScratch {
             }
             alpha += self.kernel[row] * sum;
         }
-        // The weights sum to 1 but for rounding.
+        // The weights sum to 1 up to rounding.
         if alpha > 1.0 - 1e-5 { 1.0 } else { alpha }
     }
 
@@ -316,7 +317,7 @@ impl Sums {
         let [xx, xy, yy] = self.square.map(|s| s * scale);
         let (xx, xy, yy) = (xx - x * x, xy - x * y, yy - y * y);
         // A tenth of a tenth of the pixel's own variance: discs in one place have no slope.
-        let ridge = 0.01 * (PIXEL_SIGMA_PX * PIXEL_SIGMA_PX) as f32;
+        let ridge = 0.01 * single(PIXEL_SIGMA_PX * PIXEL_SIGMA_PX);
         let (xx, yy) = (xx + ridge, yy + ridge);
         let determinant = xx * yy - xy * xy;
         // The mean's place in standard deviations, and the weights of the slopes that lead from there to the pixel.
@@ -352,7 +353,7 @@ fn exp_of_negative(x: f32) -> f32 {
     e * e
 }
 
-/// Whether a place of the tile with its apron lies in the picture: first and end along one axis.
+/// First and end, along one axis, of the places of the tile with its apron that lie in the picture.
 fn inside_picture(job: &TileJob, axis: usize) -> [usize; 2] {
     let before = APRON_PX.min(job.first[axis]);
     let left = job.picture[axis] - job.first[axis];

@@ -466,7 +466,7 @@ impl<'a> Rows<'a> {
     fn number(&self, bytes: &[u8], scalar: Scalar) -> f64 {
         let is_big = self.encoding == Encoding::BigEndian;
         match scalar {
-            Scalar::I8 => f64::from(bytes[0] as i8),
+            Scalar::I8 => f64::from(bytes[0].cast_signed()),
             Scalar::U8 => f64::from(bytes[0]),
             Scalar::I16 => f64::from(i16::from_le_bytes(ordered(bytes, is_big))),
             Scalar::U16 => f64::from(u16::from_le_bytes(ordered(bytes, is_big))),

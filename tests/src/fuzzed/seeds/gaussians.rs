@@ -170,7 +170,7 @@ fn spz_in_streams() -> Vec<u8> {
     head.extend(words(&[32, 0, 0, 0]));
     let (mut table, mut streams) = (Vec::new(), Vec::new());
     for part in spz_parts(4) {
-        let length = part.len() as u8;
+        let length = u8::try_from(part.len()).expect("a small file");
         let frame = [0x28, 0xB5, 0x2F, 0xFD, 0x20, length, length << 3 | 1, 0, 0];
         let frame = [&frame[..], &part].concat();
         for number in [frame.len() as u64, part.len() as u64] {
@@ -211,19 +211,25 @@ fn zip(files: &[(&str, &[u8])]) -> Vec<u8> {
     for &(name, bytes) in files {
         let mut sum = flate2::Crc::new();
         sum.update(bytes);
-        let length = bytes.len() as u32;
+        let length = u32::try_from(bytes.len()).expect("a small file");
         let mut facts = shorts(&[20, 0, 0, 0, 0]);
         facts.extend(words(&[sum.sum(), length, length]));
-        facts.extend(shorts(&[name.len() as u16, 0]));
+        facts.extend(shorts(&[
+            u16::try_from(name.len()).expect("a small file"),
+            0,
+        ]));
         list.extend([&b"PK\x01\x02\x14\0"[..], &facts, &[0; 10]].concat());
-        list.extend(words(&[zip.len() as u32]));
+        list.extend(words(&[u32::try_from(zip.len()).expect("a small file")]));
         list.extend(name.bytes());
         zip.extend([b"PK\x03\x04", facts.as_slice(), name.as_bytes(), bytes].concat());
     }
-    let count = files.len() as u16;
+    let count = u16::try_from(files.len()).expect("a small file");
     let mut end = b"PK\x05\x06".to_vec();
     end.extend(shorts(&[0, 0, count, count]));
-    end.extend(words(&[list.len() as u32, zip.len() as u32]));
+    end.extend(words(&[
+        u32::try_from(list.len()).expect("a small file"),
+        u32::try_from(zip.len()).expect("a small file"),
+    ]));
     end.extend([0, 0]);
     [zip, list, end].concat()
 }
@@ -278,10 +284,15 @@ fn glb() -> Vec<u8> {
     let length = 28 + json.len() + data.len();
     [
         b"glTF",
-        words(&[2, length as u32, json.len() as u32]).as_slice(),
+        words(&[
+            2,
+            u32::try_from(length).expect("a small file"),
+            u32::try_from(json.len()).expect("a small file"),
+        ])
+        .as_slice(),
         b"JSON",
         &json,
-        &words(&[data.len() as u32]),
+        &words(&[u32::try_from(data.len()).expect("a small file")]),
         b"BIN\0",
         &data,
     ]

@@ -24,7 +24,7 @@ const MOST: usize = 15;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Harmonics {
     degree: usize,
-    /// What a step of 1 stands for, for each Gaussian; an f32 whose lower 16 bits are 0.
+    /// The coefficient of code 1, for each Gaussian; an f32 whose lower 16 bits are 0.
     steps: Vec<u16>,
     codes: Vec<i8>,
 }

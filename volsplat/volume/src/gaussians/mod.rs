@@ -10,6 +10,7 @@ mod formats;
 mod load;
 
 use glam::{DVec3, Quat, Vec3};
+use resample_core::narrow::single;
 
 pub use harmonics::{Harmonics, basis};
 #[cfg(feature = "input")]
@@ -119,8 +120,7 @@ impl Gaussians {
         }
         let unit = rotation / length.copysign(rotation.w);
         self.centres.push(gaussian.centre);
-        self.rotations
-            .push([unit.x as f32, unit.y as f32, unit.z as f32]);
+        self.rotations.push([unit.x, unit.y, unit.z].map(single));
         self.scales.push(gaussian.scales.abs());
         self.opacities.push(gaussian.opacity.clamp(0.0, 1.0));
         self.colours.push(gaussian.colour);
@@ -154,7 +154,7 @@ impl Gaussians {
         let w2 = 1.0 - (f64::from(x).powi(2) + f64::from(y).powi(2) + f64::from(z).powi(2));
         Gaussian {
             centre: self.centres[index],
-            rotation: Quat::from_xyzw(x, y, z, w2.max(0.0).sqrt() as f32),
+            rotation: Quat::from_xyzw(x, y, z, single(w2.max(0.0).sqrt())),
             scales: self.scales[index],
             opacity: self.opacities[index],
             colour: self.colours[index],

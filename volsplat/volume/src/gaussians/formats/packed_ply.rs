@@ -6,6 +6,7 @@
 //! blue and opacity in 8 bits each. `sh` has the other coefficients, all of red, then green, then blue, a byte for -4 to 4.
 //! Source: the format as PlayCanvas' SplatTransform and SuperSplat document and write it.
 
+use resample_core::narrow::single;
 use std::path::Path;
 
 use glam::{Quat, Vec3};
@@ -136,7 +137,7 @@ impl Tables {
             let mut chunk = [0.0; 18];
             chunk[15..].fill(1.0);
             for (to, from) in chunk.iter_mut().zip(row) {
-                *to = *from as f32;
+                *to = single(*from);
             }
             self.chunks.push(chunk);
             Ok(())

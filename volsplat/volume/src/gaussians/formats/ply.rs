@@ -6,6 +6,7 @@
 //! Source: the code of "3D Gaussian Splatting for Real-Time Radiance Field Rendering" (Kerbl et al. 2023).
 //! Limits: harmonics of degree 4 and more are left out, with a note.
 
+use resample_core::narrow::single;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
@@ -143,7 +144,7 @@ pub(super) fn interleave(channels: &[f64], coefficients: &mut [f32]) {
     let per_channel = channels.len() / 3;
     for (number, rgb) in coefficients.chunks_exact_mut(3).enumerate() {
         for (channel, value) in rgb.iter_mut().enumerate() {
-            *value = channels[channel * per_channel + number] as f32;
+            *value = single(channels[channel * per_channel + number]);
         }
     }
 }
@@ -151,7 +152,7 @@ pub(super) fn interleave(channels: &[f64], coefficients: &mut [f32]) {
 /// A Gaussian from the numbers of [`PROPERTIES`].
 fn gaussian(row: &[f64]) -> Stored {
     let [x, y, z, r, g, b, opacity, sx, sy, sz, w, i, j, k] =
-        std::array::from_fn(|place| row[place] as f32);
+        std::array::from_fn(|place| single(row[place]));
     Stored {
         centre: match row {
             [x, y, z, ..] => DVec3::new(*x, *y, *z),

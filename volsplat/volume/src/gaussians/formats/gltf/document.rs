@@ -1,4 +1,4 @@
-//! What Gaussians need of a glTF file: its container, some of its JSON, and its buffers.
+//! The parts of a glTF file that Gaussians need: its container, some of its JSON, and its buffers.
 //!
 //! Takes the bytes of a `.gltf` or `.glb` file, gives lists and bytes; every index is looked up with a check later.
 //! Source: glTF 2.0, 3.6.1 and 4.4.

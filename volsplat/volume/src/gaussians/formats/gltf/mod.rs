@@ -176,7 +176,7 @@ fn fields<'a>(
     Ok(fields)
 }
 
-/// What the extension says of a primitive.
+/// The extension's words about a primitive.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Extension {

@@ -38,7 +38,7 @@ impl Component {
     /// The number, and what the largest whole number stands for as a fraction.
     fn decoded(self, bytes: &[u8]) -> (f32, f32) {
         match (self, bytes) {
-            (Self::I8, [a, ..]) => (f32::from(*a as i8), 127.0),
+            (Self::I8, [a, ..]) => (f32::from(a.cast_signed()), 127.0),
             (Self::U8, [a, ..]) => (f32::from(*a), 255.0),
             (Self::I16, [a, b, ..]) => (f32::from(i16::from_le_bytes([*a, *b])), 32_767.0),
             (Self::U16, [a, b, ..]) => (f32::from(u16::from_le_bytes([*a, *b])), 65_535.0),

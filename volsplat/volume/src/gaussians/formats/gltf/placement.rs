@@ -5,6 +5,7 @@
 //! node: coefficient j becomes the integral of the turned function times harmonic j, which a rule of 32 directions gives
 //! exactly, since the product is a polynomial of degree 6 at most.
 
+use resample_core::narrow::single;
 use std::f64::consts::TAU;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
@@ -30,7 +31,7 @@ const COSINES: [(f64, f64); 4] = [
 /// Directions around the axis, which are exact for degrees below this.
 const AROUND: usize = 8;
 
-/// What a node does to ellipsoids.
+/// The change of ellipsoids by a node.
 enum Shape {
     /// A turn and one scale.
     Even(DQuat, f64),
@@ -40,7 +41,7 @@ enum Shape {
 /// From each harmonic to all after a turn.
 type Turn = [[f32; HARMONICS]; HARMONICS];
 
-/// What a node does to Gaussians.
+/// The change of Gaussians by a node.
 pub(super) struct Placement {
     world_from_mesh: DAffine3,
     shape: Shape,
@@ -157,7 +158,7 @@ fn turn_of(world_from_mesh: DMat3) -> Turn {
             let direction = DVec3::new(sine * angle.cos(), sine * angle.sin(), cosine);
             let world = basis(direction.as_vec3());
             let mesh = basis((mesh_from_world * direction).as_vec3());
-            let area = (weight * TAU / AROUND as f64) as f32;
+            let area = single(weight * TAU / AROUND as f64);
             for (row, world) in turn.iter_mut().zip(world) {
                 for (entry, mesh) in row.iter_mut().zip(mesh) {
                     *entry += area * world * mesh;

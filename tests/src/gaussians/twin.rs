@@ -151,11 +151,11 @@ impl<'a> GaussianTwin<'a> {
 fn gathered(met: &[Met], near: f64) -> [f64; 4] {
     /// Steps in which a profile is cut, standard deviations, and how far it reaches.
     const STEP: f64 = 0.1;
+    const STEPS: i32 = 45;
     const REACH: f64 = 4.5;
-    let steps = (REACH / STEP) as i32;
     let mut ends: Vec<f64> = met
         .iter()
-        .flat_map(|met| (-steps..=steps).map(|k| met.peak + f64::from(k) * STEP * met.sigma))
+        .flat_map(|met| (-STEPS..=STEPS).map(|k| met.peak + f64::from(k) * STEP * met.sigma))
         .filter(|z| *z > near)
         .collect();
     ends.push(near);

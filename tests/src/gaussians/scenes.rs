@@ -1,6 +1,7 @@
 //! Gaussians by formula: a knot covered with discs as training leaves them, a soft ball, a room with large and small ones.
 
 use glam::{DVec3, Quat, Vec3};
+use resample_core::narrow::single;
 use resample_core::{Camera, LookAt};
 use volsplat::{Gaussian, Gaussians};
 
@@ -39,7 +40,7 @@ pub fn knot(count: usize, seed: u64) -> Gaussians {
         let tilt = DVec3::new(numbers.normal(), numbers.normal(), numbers.normal()) * 0.15;
         let towards = (normal + tilt).normalize();
         let rotation = Quat::from_rotation_arc(Vec3::Z, towards.as_vec3())
-            * Quat::from_rotation_z((std::f64::consts::TAU * numbers.uniform()) as f32);
+            * Quat::from_rotation_z(single(std::f64::consts::TAU * numbers.uniform()));
         let size = spacing * (0.5 * numbers.normal()).exp();
         let long = (0.4 * numbers.normal()).exp();
         let scales = DVec3::new(size * long, size / long, 0.15 * size);
@@ -47,12 +48,12 @@ pub fn knot(count: usize, seed: u64) -> Gaussians {
         let hue = DVec3::new(pattern, 0.3 + 0.4 * numbers.uniform(), 1.0 - pattern);
         // Opacities as training leaves them: many near 1, many faint.
         let opacity = 1.0 / (1.0 + (-2.0 * numbers.normal() - 0.5).exp());
-        let coefficients: Vec<f32> = (0..9).map(|_| (0.08 * numbers.normal()) as f32).collect();
+        let coefficients: Vec<f32> = (0..9).map(|_| single(0.08 * numbers.normal())).collect();
         let gaussian = Gaussian {
             centre: centre.as_vec3(),
             rotation,
             scales: scales.as_vec3(),
-            opacity: opacity as f32,
+            opacity: single(opacity),
             colour: hue.as_vec3(),
         };
         all.push(&gaussian, &coefficients).expect("finite numbers");
@@ -87,16 +88,16 @@ pub fn ball(count: usize, seed: u64) -> Gaussians {
             size * (0.5 * numbers.normal()).exp(),
         );
         let rotation = Quat::from_xyzw(
-            numbers.normal() as f32,
-            numbers.normal() as f32,
-            numbers.normal() as f32,
-            numbers.normal() as f32,
+            single(numbers.normal()),
+            single(numbers.normal()),
+            single(numbers.normal()),
+            single(numbers.normal()),
         );
         let gaussian = Gaussian {
             centre: centre.as_vec3(),
             rotation,
             scales: scales.as_vec3(),
-            opacity: (0.02 + 0.6 * numbers.uniform() * numbers.uniform()) as f32,
+            opacity: single(0.02 + 0.6 * numbers.uniform() * numbers.uniform()),
             colour: DVec3::new(numbers.uniform(), numbers.uniform(), numbers.uniform()).as_vec3(),
         };
         all.push(&gaussian, &[]).expect("finite numbers");
