@@ -9,7 +9,7 @@ pub fn single(value: f64) -> f32 {
     value as f32
 }
 
-/// A column, a row, or a count of tiles: pictures have at most 32,768 pixels along a side, so that none is greater than a u16 holds.
+/// A column, a row, or a count of tiles: pictures have at most 32,768 pixels along a side, which a u16 holds.
 ///
 /// ```
 /// use resample_core::narrow::side;

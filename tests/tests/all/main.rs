@@ -12,6 +12,7 @@ mod extremes;
 mod footprint_modes;
 mod formats_real;
 mod fuzzed;
+mod gaussians;
 mod isosurface;
 mod kernel_sheets;
 mod large_volumes;

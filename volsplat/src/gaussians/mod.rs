@@ -18,7 +18,7 @@ mod tile;
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::DAffine3;
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
 use resample_core::image::linear_from_srgb;
@@ -34,7 +34,7 @@ use crate::look::options::DepthPlane;
 use crate::render::Frame;
 use crate::stats::FrameStats;
 
-pub use options::{GaussianOptions, Model, PixelSamples};
+pub use options::{GaussianOptions, PixelSamples};
 
 /// Draws Gaussians, picture after picture.
 #[derive(Clone, Debug)]
@@ -73,12 +73,6 @@ impl GaussianRenderer {
     /// Ends frames early, between two tiles, once `stop` is asked for.
     pub fn stop_with(&mut self, stop: Stop) {
         self.stop = stop;
-    }
-
-    /// The box that holds the Gaussians up to three standard deviations, those of the most opaque: world units. `None` where
-    /// there are none.
-    pub fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
-        None
     }
 
     /// Draws the picture of a camera.

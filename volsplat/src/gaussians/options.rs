@@ -6,7 +6,7 @@ use crate::Error;
 use crate::look::clip::Clip;
 use crate::look::options::DepthPlane;
 
-/// The choices of a picture of Gaussians. The default is the volume, as exact as the measured trade favours.
+/// The choices of a picture of Gaussians.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -14,11 +14,9 @@ use crate::look::options::DepthPlane;
     serde(default)
 )]
 pub struct GaussianOptions {
-    /// How Gaussians become a picture.
-    pub model: Model,
-    /// Volume: how much the order inside a slab may change its colour before the slab's moments correct it, above 0, at most 1.
+    /// How much the order inside a slab may change its colour before the slab's moments correct it, above 0, at most 1.
     pub slab_error: f32,
-    /// Volume: samples of a pixel.
+    /// Samples of a pixel.
     pub samples: PixelSamples,
     /// The part of the volume that is kept.
     pub clip: Clip,
@@ -28,26 +26,6 @@ pub struct GaussianOptions {
     pub depth: DepthPlane,
     /// Vector instructions to use. Levels agree to rounding.
     pub simd: SimdLevel,
-}
-
-/// How Gaussians become a picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "kebab-case")
-)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum Model {
-    /// Extinction along each ray, whatever the order: no jumps, exact in perspective, antialiased
-    #[default]
-    Volume,
-    /// As KHR_gaussian_splatting says: ordered by centre, affine, one sample a pixel
-    Khr,
-    /// As the first trainer draws: the same, widened by 0.3 px^2
-    Inria,
-    /// As Mip-Splatting draws: widened by 0.1 px^2, opacity lowered as much
-    Mip,
 }
 
 /// Samples of a pixel.
@@ -70,7 +48,6 @@ pub enum PixelSamples {
 impl Default for GaussianOptions {
     fn default() -> Self {
         Self {
-            model: Model::Volume,
             slab_error: 0.3,
             samples: PixelSamples::Auto,
             clip: Clip::default(),
