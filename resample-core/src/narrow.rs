@@ -30,3 +30,34 @@ pub fn side(value: usize) -> u16 {
 pub fn pixel(pos_px: f64) -> u16 {
     pos_px as u16
 }
+
+/// A number of a file as a code of 8 bits, brought into 0 to 255; NaN gives 0.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the conversion saturates, which is what is wanted"
+)]
+pub fn code8(value: f64) -> u8 {
+    value as u8
+}
+
+/// The nearest code of 16 bits to a number, brought into 0 to 65535; NaN gives 0.
+///
+/// ```
+/// use resample_core::narrow::code16;
+///
+/// assert_eq!([-1.0, 2.6, 1e9].map(code16), [0, 3, u16::MAX]);
+/// ```
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the conversion saturates, which is what is wanted"
+)]
+pub fn code16(value: f64) -> u16 {
+    value.round() as u16
+}
+
+/// A count of a file as an index; one that is too great for the machine becomes the greatest, which memory never holds.
+pub fn count(value: u64) -> usize {
+    usize::try_from(value).unwrap_or(usize::MAX)
+}

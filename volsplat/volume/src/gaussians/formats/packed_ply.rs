@@ -6,6 +6,7 @@
 //! blue and opacity in 8 bits each. `sh` has the other coefficients, all of red, then green, then blue, a byte for -4 to 4.
 //! Source: the format as PlayCanvas' SplatTransform and SuperSplat document and write it.
 
+use resample_core::narrow;
 use resample_core::narrow::single;
 use std::path::Path;
 
@@ -132,7 +133,7 @@ impl Tables {
         if has_colours {
             places.extend(columns(element, &COLOUR_RANGES)?);
         }
-        self.chunks.reserve_exact(element.count as usize);
+        self.chunks.reserve_exact(narrow::count(element.count));
         rows.each(element, &places, &mut |row| {
             let mut chunk = [0.0; 18];
             chunk[15..].fill(1.0);
@@ -147,7 +148,7 @@ impl Tables {
 
     fn read_words(&mut self, rows: &mut Rows, element: &Element) -> Result<(), Fault> {
         let places = columns(element, &WORDS)?;
-        self.words.reserve_exact(element.count as usize);
+        self.words.reserve_exact(narrow::count(element.count));
         rows.each(element, &places, &mut |row| {
             self.words.push(std::array::from_fn(|at| row[at] as u32));
             Ok(())
@@ -177,7 +178,7 @@ impl Tables {
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let places = columns(element, &names)?;
         self.coefficients
-            .reserve_exact(element.count as usize * places.len());
+            .reserve_exact(narrow::count(element.count) * places.len());
         rows.each(element, &places, &mut |row| {
             self.coefficients.extend(row.iter().map(|code| *code as u8));
             Ok(())

@@ -4,6 +4,7 @@
 
 use super::document::{Accessor, Document};
 use crate::input::{Fault, unsupported};
+use resample_core::narrow;
 
 /// Types of a component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,7 +102,7 @@ impl<'a, const N: usize> Numbers<'a, N> {
         Ok(Self {
             bytes,
             stride,
-            count: accessor.count as usize,
+            count: narrow::count(accessor.count),
             component,
             is_fraction,
         })
@@ -167,6 +168,6 @@ fn stretch<'a>(
         ));
     }
     // Both ends lie in the buffer, whose length is a usize.
-    let bytes = &buffer[(start + offset) as usize..end as usize];
-    Ok((bytes, stride as usize))
+    let bytes = &buffer[narrow::count(start + offset)..narrow::count(end)];
+    Ok((bytes, narrow::count(stride)))
 }
