@@ -46,7 +46,7 @@ pub mod gaussians;
 pub mod stats;
 
 pub use field::Layer;
-pub use gaussians::{GaussianOptions, GaussianRenderer, PixelSamples};
+pub use gaussians::{GaussianModel, GaussianOptions, GaussianRenderer, PixelSamples};
 pub use large::LargeVolume;
 pub use look::clip::{Clip, ClipPlane};
 pub use look::options::{

@@ -2,7 +2,8 @@
 //!
 //! Takes [`Gaussians`], [`GaussianOptions`] and a camera, returns a picture. `project` puts the Gaussians in view into camera space
 //! and lists them by tile; `tile` sorts a list by where the Gaussians begin; `ray_form` turns each into polynomials of the pixel;
-//! `block` sums 4x4 pixels at a time front to back; `profile` has the functions of one Gaussian along a ray.
+//! `block` sums 4x4 pixels at a time front to back; `profile` has the functions of one Gaussian along a ray. `viewers` draws them
+//! as other viewers do, to compare pictures with.
 //!
 //! The optical depth of a Gaussian on a ray is -ln(1 - opacity G), with G its value at the ray's closest approach in standard
 //! deviations; it is spread along the ray by the Gaussian's own profile there. So one alone has the opacity that it was trained with,
@@ -15,6 +16,7 @@ mod profile;
 mod project;
 mod ray_form;
 mod tile;
+mod viewers;
 
 use std::sync::Arc;
 
@@ -30,18 +32,22 @@ use resample_volume::{BlendSpace, Gaussians};
 use crate::Error;
 use crate::gaussians::project::Binned;
 use crate::gaussians::tile::{BlendPixel, TileJob, TileScratch, draw_tile};
+use crate::gaussians::viewers::Footprints;
 use crate::look::options::DepthPlane;
 use crate::render::Frame;
 use crate::stats::FrameStats;
 
-pub use options::{GaussianOptions, PixelSamples};
+pub use options::{GaussianModel, GaussianOptions, PixelSamples};
 
 /// Draws Gaussians, picture after picture.
+///
+/// The picture of [`GaussianModel::Volume`] has no order; those of the other models follow other viewers.
 #[derive(Clone, Debug)]
 pub struct GaussianRenderer {
     gaussians: Arc<Gaussians>,
     options: GaussianOptions,
     binned: Binned,
+    footprints: Footprints,
     stop: Stop,
 }
 
@@ -59,6 +65,7 @@ impl GaussianRenderer {
             gaussians,
             options: options.clone(),
             binned: Binned::default(),
+            footprints: Footprints::default(),
             stop: Stop::default(),
         })
     }
@@ -92,13 +99,30 @@ impl GaussianRenderer {
         let whole = StageClock::start();
         let mut stats = FrameStats::default();
         let clock = StageClock::start();
-        self.binned.fill(&self.gaussians, camera);
+        let is_volume = self.options.model == GaussianModel::Volume;
+        let [in_view, pairs] = if is_volume {
+            self.binned.fill(&self.gaussians, camera);
+            [self.binned.count() as u64, self.binned.pairs() as u64]
+        } else {
+            self.footprints.fill(&self.gaussians, camera, &self.options);
+            self.footprints.counts()
+        };
         stats.stages.project = clock.stop();
-        stats.splats = self.binned.count() as u64;
-        stats.culled = self.gaussians.len() as u64 - stats.splats;
-        stats.tile_pairs = self.binned.pairs() as u64;
+        (stats.splats, stats.tile_pairs) = (in_view, pairs);
+        stats.culled = self.gaussians.len() as u64 - in_view;
         let clock = StageClock::start();
-        let tiles = self.draw_tiles(camera, first, size, &mut stats);
+        let places = tile_places(camera, first, size);
+        let tiles = if is_volume {
+            self.draw_tiles(camera, &places, &mut stats)
+        } else {
+            let drawn = self
+                .footprints
+                .draw(&places, self.options.model, &self.stop);
+            let tiles = places.iter().zip(drawn);
+            tiles
+                .map(|(&place, pixels)| DrawnTile { place, pixels })
+                .collect()
+        };
         stats.stages.composite = clock.stop();
         let clock = StageClock::start();
         let image = self.picture(&tiles, first, size);
@@ -111,11 +135,9 @@ impl GaussianRenderer {
     fn draw_tiles(
         &self,
         camera: &Camera,
-        first: [usize; 2],
-        size: [usize; 2],
+        places: &[[usize; 2]],
         stats: &mut FrameStats,
     ) -> Vec<DrawnTile> {
-        let grid = TileGrid::new(camera.width as usize, camera.height as usize);
         let clip = self.options.clip.in_grid(&DAffine3::IDENTITY);
         let job = TileJob {
             camera,
@@ -123,13 +145,6 @@ impl GaussianRenderer {
             clip: &clip,
             options: &self.options,
         };
-        let (columns, rows) = (
-            first[0] / TILE_PX..(first[0] + size[0]).div_ceil(TILE_PX).min(grid.columns()),
-            first[1] / TILE_PX..(first[1] + size[1]).div_ceil(TILE_PX).min(grid.rows()),
-        );
-        let places: Vec<[usize; 2]> = rows
-            .flat_map(|row| columns.clone().map(move |column| [column, row]))
-            .collect();
         let level = self.options.simd.resolve();
         let drawn: Vec<_> = places
             .par_iter()
@@ -183,6 +198,15 @@ impl GaussianRenderer {
         image.depth = (self.options.depth != DepthPlane::None).then_some(depths);
         image
     }
+}
+
+/// Column and row of the tiles of a part of the picture.
+fn tile_places(camera: &Camera, first: [usize; 2], size: [usize; 2]) -> Vec<[usize; 2]> {
+    let grid = TileGrid::new(camera.width as usize, camera.height as usize);
+    let columns = first[0] / TILE_PX..(first[0] + size[0]).div_ceil(TILE_PX).min(grid.columns());
+    let rows = first[1] / TILE_PX..(first[1] + size[1]).div_ceil(TILE_PX).min(grid.rows());
+    rows.flat_map(|row| columns.clone().map(move |column| [column, row]))
+        .collect()
 }
 
 /// A pixel of the blend space in linear light, times opacity.

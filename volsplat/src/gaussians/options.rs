@@ -14,6 +14,8 @@ use crate::look::options::DepthPlane;
     serde(default)
 )]
 pub struct GaussianOptions {
+    /// What a Gaussian stands for.
+    pub model: GaussianModel,
     /// How much the order inside a slab may change its colour before the slab's moments correct it, above 0, at most 1.
     pub slab_error: f32,
     /// Samples of a pixel.
@@ -26,6 +28,26 @@ pub struct GaussianOptions {
     pub depth: DepthPlane,
     /// Vector instructions to use. Levels agree to rounding.
     pub simd: SimdLevel,
+}
+
+/// The meaning of a Gaussian. All but the volume are twins of other viewers, to compare pictures with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum GaussianModel {
+    /// Extinction in space: exact footprints, filtered over the pixel, and no order
+    #[default]
+    Volume,
+    /// The formulas of KHR_gaussian_splatting: affine footprints in the order of their centres, one sample a pixel
+    Khr,
+    /// The same as the code of Kerbl et al. 2023 draws it: footprints widened by 0.3 px squared
+    Inria,
+    /// The same as the code of Yu et al. 2024 (Mip-Splatting) draws it: widened by 0.1 px squared, with the light kept
+    Mip,
 }
 
 /// Samples of a pixel.
@@ -48,6 +70,7 @@ pub enum PixelSamples {
 impl Default for GaussianOptions {
     fn default() -> Self {
         Self {
+            model: GaussianModel::Volume,
             // 45 dB and more near, in the middle and wide, against the f64 twin.
             slab_error: 0.06,
             samples: PixelSamples::Auto,

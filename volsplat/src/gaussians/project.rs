@@ -12,7 +12,7 @@ use crate::gaussians::profile::REACH;
 use crate::gaussians::ray_form::adjugate;
 
 /// Gaussians of a chunk: enough that a chunk's lists cost little, few enough that all threads have work.
-const CHUNK: usize = 1 << 14;
+pub(crate) const CHUNK: usize = 1 << 14;
 
 /// A Gaussian whose opacity is below this in a pixel adds nothing there: a quarter of a step of an 8-bit picture.
 pub(crate) const LEAST_OPACITY: f64 = 1.0 / 2048.0;
@@ -105,9 +105,21 @@ impl Binned {
     }
 }
 
+/// A Gaussian in camera space.
+pub(crate) struct Placed {
+    /// Centre, world units.
+    pub(crate) centre: DVec3,
+    /// Its axes, each as long as its standard deviation, world units.
+    pub(crate) axes: DMat3,
+    /// Opacity at the centre, 0..1.
+    pub(crate) opacity: f64,
+    /// Colour towards the eye, in the blend space.
+    pub(crate) colour: Vec3,
+}
+
 /// Camera and eye, which all Gaussians of a frame share.
-struct View<'a> {
-    camera: &'a Camera,
+pub(crate) struct View<'a> {
+    pub(crate) camera: &'a Camera,
     camera_from_world: DMat3,
     /// Origin of the Gaussians in camera space, world units.
     origin: DVec3,
@@ -117,7 +129,7 @@ struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    fn new(gaussians: &Gaussians, camera: &'a Camera) -> Self {
+    pub(crate) fn new(gaussians: &Gaussians, camera: &'a Camera) -> Self {
         let to_camera = camera.camera_from_world;
         Self {
             camera,
@@ -128,37 +140,46 @@ impl<'a> View<'a> {
         }
     }
 
-    /// A Gaussian in camera space with the camera z at which it begins; `None` where nothing of it is seen.
-    fn project(&self, gaussians: &Gaussians, index: usize) -> Option<(InView, f32)> {
+    /// A Gaussian in camera space.
+    pub(crate) fn placed(&self, gaussians: &Gaussians, index: usize) -> Placed {
         let gaussian = gaussians.get(index);
-        let opacity = f64::from(gaussian.opacity);
-        if opacity < LEAST_OPACITY {
-            return None;
-        }
-        let centre = self.origin + self.camera_from_world * gaussian.centre.as_dvec3();
         let rotation = self.camera_from_world * DMat3::from_quat(quaternion(&gaussian.rotation));
         let scales = gaussian.scales.as_dvec3();
-        let axes = DMat3::from_cols(
-            rotation.x_axis * scales.x,
-            rotation.y_axis * scales.y,
-            rotation.z_axis * scales.z,
-        );
+        let direction = match self.camera.projection {
+            Projection::Perspective => (gaussian.centre - self.eye).normalize_or(self.forward),
+            Projection::Orthographic => self.forward,
+        };
+        Placed {
+            centre: self.origin + self.camera_from_world * gaussian.centre.as_dvec3(),
+            axes: DMat3::from_cols(
+                rotation.x_axis * scales.x,
+                rotation.y_axis * scales.y,
+                rotation.z_axis * scales.z,
+            ),
+            opacity: f64::from(gaussian.opacity),
+            colour: gaussians.colour_towards(index, direction),
+        }
+    }
+
+    /// A Gaussian in view with the camera z at which it begins; `None` where nothing of it is seen.
+    fn project(&self, gaussians: &Gaussians, index: usize) -> Option<(InView, f32)> {
+        if f64::from(gaussians.get(index).opacity) < LEAST_OPACITY {
+            return None;
+        }
+        let placed = self.placed(gaussians, index);
+        let (centre, axes) = (placed.centre, placed.axes);
         let covariance = axes * axes.transpose();
         let reach_z = covariance.z_axis.z.sqrt() * REACH;
         if !(centre.z + reach_z > self.camera.near) {
             return None;
         }
-        let (columns, rows) = self.pixels(centre, covariance, opacity)?;
-        let direction = match self.camera.projection {
-            Projection::Perspective => (gaussian.centre - self.eye).normalize_or(self.forward),
-            Projection::Orthographic => self.forward,
-        };
+        let (columns, rows) = self.pixels(centre, covariance, placed.opacity)?;
         let in_view = InView {
             centre: centre.as_vec3().to_array(),
             axes: [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis| axis.as_vec3().to_array()),
-            opacity: gaussian.opacity,
+            opacity: single(placed.opacity),
             area2: self.area2(centre, &axes),
-            colour: gaussians.colour_towards(index, direction).to_array(),
+            colour: placed.colour.to_array(),
             columns,
             rows,
             minor_px: self.minor_px(centre, &covariance),
