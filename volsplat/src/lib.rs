@@ -46,7 +46,7 @@ pub mod gaussians;
 pub mod stats;
 
 pub use field::Layer;
-pub use gaussians::{GaussianOptions, GaussianRenderer, PixelSamples};
+pub use gaussians::{GaussianLayer, GaussianOptions, GaussianRenderer, PixelSamples};
 pub use large::LargeVolume;
 pub use look::clip::{Clip, ClipPlane};
 pub use look::options::{
@@ -66,5 +66,7 @@ pub use resample_volume::{
     volume,
 };
 #[cfg(feature = "input")]
-pub use resample_volume::{LoadOptions, RawOptions, input, load, load_components};
+pub use resample_volume::gaussians::{gaussian_format_of, is_gaussians, load as load_gaussians};
+#[cfg(feature = "input")]
+pub use resample_volume::{GaussianFormat, GaussianLoadOptions, LoadOptions, RawOptions, input, load, load_components};
 pub use stats::{FrameStats, StageTimes};

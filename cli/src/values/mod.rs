@@ -254,6 +254,14 @@ pub fn fraction(text: &str) -> Result<f32, String> {
         .ok_or_else(|| "expected a number from 0 up to, not including, 1".into())
 }
 
+/// A number above 0, at most 1.
+pub fn share(text: &str) -> Result<f32, String> {
+    finite(text)
+        .map(|value| value as f32)
+        .filter(|&value| value > 0.0 && value <= 1.0)
+        .ok_or_else(|| "expected a number above 0, at most 1".into())
+}
+
 /// An angle in degrees, above 0 and below 180.
 pub fn field_of_view(text: &str) -> Result<f64, String> {
     finite(text)

@@ -21,7 +21,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
-use resample_core::image::linear_from_srgb;
+use resample_core::image::{Plane, linear_from_srgb};
 use resample_core::scratch::on_heap;
 use resample_core::tile::{TILE_PX, TileGrid};
 use resample_core::{Camera, Image, Stop, dispatch};
@@ -34,7 +34,7 @@ use crate::look::options::DepthPlane;
 use crate::render::Frame;
 use crate::stats::FrameStats;
 
-pub use options::{GaussianOptions, PixelSamples};
+pub use options::{GaussianLayer, GaussianOptions, PixelSamples};
 
 /// Draws Gaussians, picture after picture.
 #[derive(Clone, Debug)]
@@ -42,6 +42,8 @@ pub struct GaussianRenderer {
     gaussians: Arc<Gaussians>,
     options: GaussianOptions,
     binned: Binned,
+    /// The camera whose Gaussians are binned: the windows of a picture share them.
+    binned_for: Option<Camera>,
     stop: Stop,
 }
 
@@ -59,6 +61,7 @@ impl GaussianRenderer {
             gaussians,
             options: options.clone(),
             binned: Binned::default(),
+            binned_for: None,
             stop: Stop::default(),
         })
     }
@@ -75,7 +78,7 @@ impl GaussianRenderer {
         self.stop = stop;
     }
 
-    /// Draws the picture of a camera.
+    /// Draws the picture of a camera; [`Error::Stopped`] where its end was asked for.
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
         let size = [camera.width as usize, camera.height as usize];
         self.render_window(camera, [0, 0], size)
@@ -92,13 +95,19 @@ impl GaussianRenderer {
         let whole = StageClock::start();
         let mut stats = FrameStats::default();
         let clock = StageClock::start();
-        self.binned.fill(&self.gaussians, camera);
+        if self.binned_for != Some(*camera) {
+            self.binned.fill(&self.gaussians, camera);
+            self.binned_for = Some(*camera);
+        }
         stats.stages.project = clock.stop();
         stats.splats = self.binned.count() as u64;
         stats.culled = self.gaussians.len() as u64 - stats.splats;
         stats.tile_pairs = self.binned.pairs() as u64;
         let clock = StageClock::start();
         let tiles = self.draw_tiles(camera, first, size, &mut stats);
+        if self.stop.is_asked() {
+            return Err(Error::Stopped);
+        }
         stats.stages.composite = clock.stop();
         let clock = StageClock::start();
         let image = self.picture(&tiles, first, size);
@@ -162,26 +171,37 @@ impl GaussianRenderer {
 
     fn picture(&self, tiles: &[DrawnTile], first: [usize; 2], size: [usize; 2]) -> Image {
         let mut image = Image::transparent(size[0], size[1]);
-        let mut depths = match self.options.depth {
-            DepthPlane::None => Vec::new(),
-            DepthPlane::Expected => vec![f32::INFINITY; size[0] * size[1]],
+        let nothing = || vec![f32::INFINITY; size[0] * size[1]];
+        image.depth = (self.options.depth != DepthPlane::None).then(nothing);
+        let layers = self.options.layers.iter();
+        let plane = |layer: &GaussianLayer| Plane {
+            name: layer.channel().to_owned(),
+            values: nothing(),
         };
-        for tile in tiles.iter().filter(|tile| !tile.pixels.is_empty()) {
+        image.planes = layers.map(plane).collect();
+        for tile in tiles {
             for (at, pixel) in tile.pixels.iter().enumerate() {
                 let x = tile.place[0] * TILE_PX + at % TILE_PX - first[0];
                 let y = tile.place[1] * TILE_PX + at / TILE_PX - first[1];
-                if x >= size[0] || y >= size[1] {
-                    continue;
-                }
-                image.rgba[y * size[0] + x] = linear(pixel.rgba, self.gaussians.blend_space);
-                if let (Some(depth), true) = (depths.get_mut(y * size[0] + x), pixel.rgba[3] > 0.0)
-                {
-                    *depth = pixel.depth / pixel.rgba[3];
+                if x < size[0] && y < size[1] && pixel.rgba[3] > 0.0 {
+                    self.put(&mut image, y * size[0] + x, pixel);
                 }
             }
         }
-        image.depth = (self.options.depth != DepthPlane::None).then_some(depths);
         image
+    }
+
+    /// Puts a pixel that shows something at its place.
+    fn put(&self, image: &mut Image, at: usize, pixel: &BlendPixel) {
+        image.rgba[at] = linear(pixel.rgba, self.gaussians.blend_space);
+        if let Some(depth) = &mut image.depth {
+            depth[at] = pixel.depth / pixel.rgba[3];
+        }
+        for (layer, plane) in self.options.layers.iter().zip(&mut image.planes) {
+            plane.values[at] = match layer {
+                GaussianLayer::MedianDepth => pixel.median,
+            };
+        }
     }
 }
 
