@@ -241,7 +241,8 @@ fn samples() -> Vec<Rung> {
 fn gaussians(allowed: Option<f64>) -> Vec<Rung> {
     let exact = GAUSSIANS.len() - 1;
     let of = |(place, (slab_error, samples, work)): (usize, (f32, PixelSamples, f64))| {
-        let transmittance = termination(place == exact, allowed).map(GaussianChoice::MinTransmittance);
+        let transmittance =
+            termination(place == exact, allowed).map(GaussianChoice::MinTransmittance);
         let choices = [
             GaussianChoice::SlabError(slab_error),
             GaussianChoice::Samples(samples),

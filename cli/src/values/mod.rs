@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use glam::DVec3;
 use resample_core::image::linear_from_srgb;
+use resample_core::narrow::single;
 use volsplat::{Cells, ClipPlane, Subpixels};
 
 mod bound;
@@ -257,7 +258,7 @@ pub fn fraction(text: &str) -> Result<f32, String> {
 /// A number above 0, at most 1.
 pub fn share(text: &str) -> Result<f32, String> {
     finite(text)
-        .map(|value| value as f32)
+        .map(single)
         .filter(|&value| value > 0.0 && value <= 1.0)
         .ok_or_else(|| "expected a number above 0, at most 1".into())
 }

@@ -198,7 +198,9 @@ impl OpenedScene {
         }
         let text = match self.words.application {
             Application::Depth => self.moved_lens(view)?.to_string(),
-            Application::Volume | Application::Gaussians | Application::Mesh => view.camera.to_string(),
+            Application::Volume | Application::Gaussians | Application::Mesh => {
+                view.camera.to_string()
+            }
         };
         // As the command line reads it from a file, digit for digit.
         let defaults = CameraDefaults {

@@ -28,8 +28,20 @@ pub(super) fn ply(floaters: usize) -> Vec<u8> {
         let t = number as f32 / balls as f32;
         let (sin, cos) = (20.0 * t).sin_cos();
         let mut values = [
-            cos, 2.0 * t - 1.0, sin, 1.5 - 3.0 * t, -0.5, 3.0 * t - 1.5, 2.0, -2.5, -3.0, -3.5, 1.0,
-            0.2, t, 0.0,
+            cos,
+            2.0 * t - 1.0,
+            sin,
+            1.5 - 3.0 * t,
+            -0.5,
+            3.0 * t - 1.5,
+            2.0,
+            -2.5,
+            -3.0,
+            -3.5,
+            1.0,
+            0.2,
+            t,
+            0.0,
         ];
         if number >= balls {
             // Faint ones.
@@ -250,12 +262,25 @@ fn a_clip_cuts_and_an_empty_one_is_an_error() {
     ] {
         for command in ["a.bin", "volsplat a.bin"] {
             let output = bench.run(&format!("{command} {words} -o out/bad.png"));
-            assert_eq!(output.status.code(), Some(2), "{words}: {}", stderr(&output));
-            assert!(stderr(&output).contains(why), "{words}: {}", stderr(&output));
+            assert_eq!(
+                output.status.code(),
+                Some(2),
+                "{words}: {}",
+                stderr(&output)
+            );
+            assert!(
+                stderr(&output).contains(why),
+                "{words}: {}",
+                stderr(&output)
+            );
         }
     }
     let output = bench.run("a.bin#1 -o out/bad.png");
-    assert!(stderr(&output).contains("has no parts"), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("has no parts"),
+        "{}",
+        stderr(&output)
+    );
     assert!(!bench.path("out/bad.png").exists());
 }
 

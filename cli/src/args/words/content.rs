@@ -210,8 +210,12 @@ fn input(words: &[OsString]) -> Option<&OsString> {
         let word = word.to_string_lossy();
         let mut options = commands.iter().flat_map(Command::get_arguments);
         options.any(|option| {
-            let long = option.get_long().is_some_and(|long| word == format!("--{long}"));
-            let short = option.get_short().is_some_and(|short| word == format!("-{short}"));
+            let long = option
+                .get_long()
+                .is_some_and(|long| word == format!("--{long}"));
+            let short = option
+                .get_short()
+                .is_some_and(|short| word == format!("-{short}"));
             (long || short) && option.get_action().takes_values()
         })
     };
@@ -285,7 +289,9 @@ impl Application {
     pub fn drawing(self, matches: &ArgMatches) -> Result<Drawing, clap::Error> {
         Ok(match self {
             Self::Volume => Drawing::Volsplat(Box::new(VolsplatArgs::from_arg_matches(matches)?)),
-            Self::Gaussians => Drawing::Gaussians(Box::new(GaussiansArgs::from_arg_matches(matches)?)),
+            Self::Gaussians => {
+                Drawing::Gaussians(Box::new(GaussiansArgs::from_arg_matches(matches)?))
+            }
             Self::Mesh => Drawing::Texmap(Box::new(TexmapArgs::from_arg_matches(matches)?)),
             Self::Depth => Drawing::Warp3d(Box::new(Warp3dArgs::from_arg_matches(matches)?)),
         })
@@ -322,8 +328,12 @@ mod tests {
 
     #[test]
     fn the_input_is_no_value_of_an_option() {
-        let found = |text: &str| input(&words(text)).map(|word| word.to_string_lossy().into_owned());
-        assert_eq!(found("-o a.png --size 8x8 --resume b.ply"), Some("b.ply".to_owned()));
+        let found =
+            |text: &str| input(&words(text)).map(|word| word.to_string_lossy().into_owned());
+        assert_eq!(
+            found("-o a.png --size 8x8 --resume b.ply"),
+            Some("b.ply".to_owned())
+        );
         assert_eq!(found("--size=8x8 b.ply -o a.png"), Some("b.ply".to_owned()));
         assert_eq!(found("--slab-error 0.1"), None);
     }

@@ -13,7 +13,10 @@ use crate::process::report;
 pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
     let path = &args.input.path;
     if let Some(part) = &args.input.part {
-        bail!("{}#{part}: a file of Gaussians has no parts", path.display());
+        bail!(
+            "{}#{part}: a file of Gaussians has no parts",
+            path.display()
+        );
     }
     let options = GaussianLoadOptions {
         gate: args.volume.reading.gate(),
@@ -62,7 +65,11 @@ impl Facts {
             line("format", format!("3-D Gaussians, {}", self.format.name())),
             line(
                 "count",
-                format!("{} Gaussians, harmonics of degree {}", self.gaussians.len(), self.gaussians.degree()),
+                format!(
+                    "{} Gaussians, harmonics of degree {}",
+                    self.gaussians.len(),
+                    self.gaussians.degree()
+                ),
             ),
             line("blended", format!("in {space}")),
             line(
@@ -77,10 +84,17 @@ impl Facts {
             line("", between(self.bounds)),
             line(
                 "median",
-                format!("standard deviation {}, opacity {}", short(self.scale), short(self.opacity)),
+                format!(
+                    "standard deviation {}, opacity {}",
+                    short(self.scale),
+                    short(self.opacity)
+                ),
             ),
             line("up", up),
-            line("memory", format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))),
+            line(
+                "memory",
+                format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20)),
+            ),
         ]
     }
 

@@ -221,7 +221,10 @@ impl Read {
         }
         let path = &args.input.path;
         if let Some(part) = &args.input.part {
-            bail!("{}#{part}: a file of Gaussians has no parts", path.display());
+            bail!(
+                "{}#{part}: a file of Gaussians has no parts",
+                path.display()
+            );
         }
         let options = GaussianLoadOptions {
             gate: plan.gate().clone(),
