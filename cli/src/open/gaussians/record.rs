@@ -62,8 +62,8 @@ pub(super) fn account(stats: &FrameStats) -> Result<Account> {
 
 /// The time and work of a frame, in pixels of slabs.
 fn cost(stats: &FrameStats) -> Cost {
-    /// The work of looking at a Gaussian: about 60 ns, where a lane of a slab takes about one. A guess from the times of the stages.
-    const LOOK: f64 = 60.0;
+    /// The work of looking at a Gaussian: about 200 ns, where a lane of a slab takes about two. A guess from the times of the stages.
+    const LOOK: f64 = 100.0;
     Cost {
         wall_ms: stats.wall_ms,
         cpu_ms: stats.cpu_ms,
