@@ -125,10 +125,12 @@ impl OpenedScene {
         if let Some(open) = self.opened.volume() {
             return facts::unit(open.described());
         }
-        let Drawing::Texmap(args) = &self.drawing else {
-            return None;
+        let input = match &self.drawing {
+            Drawing::Texmap(args) => &args.input,
+            Drawing::Gaussians(args) => &args.input,
+            Drawing::Volsplat(_) | Drawing::Warp3d(_) => return None,
         };
-        let extension = args.input.path.extension()?.to_str()?;
+        let extension = input.path.extension()?.to_str()?;
         let is_gltf = ["glb", "gltf"]
             .iter()
             .any(|known| extension.eq_ignore_ascii_case(known));

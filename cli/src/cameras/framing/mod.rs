@@ -210,7 +210,7 @@ const ROUNDS: usize = 6;
 const NEAR_ENOUGH: f64 = 0.005;
 
 /// Off by so much after all rounds, half pictures, a view was led away, and is not merely unsteady. A guess.
-const LOST: f64 = 0.2;
+const LOST: f64 = 0.05;
 
 /// The offset of the visible parts from the picture's middle, over all views.
 struct Excess {
