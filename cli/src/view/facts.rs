@@ -184,7 +184,8 @@ pub(crate) fn options(drawing: &Drawing) -> Result<Value> {
             options["shade"] = json!(names::<texmap::Shade>());
             options["method"] = json!(names::<texmap::Method>());
         }
-        Drawing::Gaussians(_) => {
+        Drawing::Gaussians(args) => {
+            options["slab-error"] = json!(args.render.options.slab_error);
             options["samples"] = json!(names::<volsplat::PixelSamples>());
         }
         Drawing::Warp3d(_) => {

@@ -77,7 +77,7 @@ fn gaussians_are_found_by_their_content() {
     for (number, words) in [
         "a.bin",
         "volsplat a.bin",
-        "--threads 1 -q volsplat --slab-error 0.3 a.bin",
+        "--threads 1 -q volsplat --slab-error 0.06 a.bin",
         "-q volsplat --resume --size 48x48 a.bin",
     ]
     .iter()
@@ -231,7 +231,7 @@ fn an_error_that_is_asked_for_is_kept() {
         "{command} --max-error 1/255 --explain --stats out/s.json -o out/a_%d.exr"
     )));
     assert_good(&bench.run(&format!(
-        "{command} --slab-error 0.02 --samples 4 --min-transmittance 0.00001 -o out/b_%d.exr"
+        "{command} --slab-error 0.005 --samples 4 --min-transmittance 0.00001 -o out/b_%d.exr"
     )));
     for number in 0..12 {
         let output = bench.run(&format!(

@@ -147,7 +147,7 @@ fn volume_ladders() -> Vec<Ladder> {
 }
 
 fn gaussian_ladders() -> Vec<Ladder> {
-    let errors = [1.0, 0.3, 0.1, 0.02];
+    let errors = [1.0, 0.3, 0.06, 0.02, 0.005];
     let least = [1.0 / 32.0, 1.0 / 256.0, 0.0];
     vec![
         ladder("slab-error", errors, GaussianChoice::SlabError),
@@ -202,7 +202,7 @@ pub(super) fn exact(drawing: &Drawing) -> Choices {
             VolumeChoice::MinTransmittance(1e-5),
         ]),
         Drawing::Gaussians(_) => Choices::of([
-            GaussianChoice::SlabError(0.02),
+            GaussianChoice::SlabError(0.005),
             GaussianChoice::Samples(PixelSamples::Four),
             GaussianChoice::MinTransmittance(1e-5),
         ]),

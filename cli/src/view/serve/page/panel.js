@@ -258,11 +258,11 @@ function maps() {
 
 function gaussianPanel() {
   const { options } = state.scene;
-  const error = Number(option("slab-error") ?? 0.3);
+  const error = Number(option("slab-error") ?? options["slab-error"]);
   return [
     make("h2", {}, "Gaussians"),
     choice("samples", "samples", options.samples, "auto"),
-    slider("slab error", { min: -2, max: 0, value: Math.log10(error), text: (x) => short(10 ** x),
+    slider("slab error", { min: -3, max: 0, value: Math.log10(error), text: (x) => short(10 ** x),
       act: (x) => setOption("slab-error", short(10 ** x)) }),
   ];
 }
