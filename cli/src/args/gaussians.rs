@@ -75,12 +75,12 @@ pub struct GaussianRenderArgs {
     /// SIMD level. Levels differ by rounding only; one level gives the same bytes on every machine
     #[arg(long, value_enum, default_value = "auto")]
     pub vector_level: SimdLevel,
-    /// The part that is drawn.
-    #[command(flatten)]
-    pub clip: GaussianClipArgs,
     /// Planes of an EXR file beside colour and mean depth (Z) [default: none]
     #[arg(long, value_enum, value_name = "NAMES", value_delimiter = ',')]
     pub layers: Option<Vec<GaussianLayer>>,
+    /// The part that is drawn.
+    #[command(flatten)]
+    pub clip: GaussianClipArgs,
 }
 
 /// The part of the Gaussians that is drawn: a Gaussian that a side crosses is cut there.

@@ -183,7 +183,7 @@ pub struct CameraArgs {
     /// Vertical field of view in degrees, where no camera file gives one
     #[arg(long, value_name = "DEG", value_parser = values::field_of_view, default_value = "30")]
     pub fov: f64,
-    /// World axis that points up in the picture [default: as stored in the file, else y]
+    /// World axis that points up in the picture [default: as stored in the file, else y; of Gaussians in PLY, .splat and SOG -y]
     #[arg(long, value_name = "AXIS", value_parser = values::axis, allow_hyphen_values = true)]
     pub up: Option<Axis>,
     /// Perspective or parallel view
