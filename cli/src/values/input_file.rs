@@ -11,7 +11,7 @@ use std::sync::Arc;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use resample_io::{Picture, Plane};
 use texmap::Loaded;
-use volsplat::Volume;
+use volsplat::{Gaussians, Volume};
 
 /// A file, and perhaps a part of it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -104,6 +104,8 @@ pub struct HeldPictures(pub Vec<HeldPicture>);
 pub enum Held {
     /// Of `volsplat`.
     Volumes(Arc<HeldVolumes>),
+    /// Of `gaussians`.
+    Gaussians(Arc<Gaussians>),
     /// Of `texmap`.
     Mesh(Arc<Loaded>),
     /// Of `warp3d`.

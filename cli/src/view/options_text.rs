@@ -23,7 +23,7 @@ use crate::values::BackgroundWord;
 use crate::values::input_file::Held;
 
 /// Options that the page may set. None of them names a file.
-const FROM_PAGE: [&str; 25] = [
+const FROM_PAGE: [&str; 27] = [
     "background",
     "blend",
     "channel",
@@ -44,8 +44,10 @@ const FROM_PAGE: [&str; 25] = [
     "opacity-unit",
     "order",
     "preset",
+    "samples",
     "shade",
     "slab",
+    "slab-error",
     "subpixels",
     "textures",
     "window",
@@ -317,7 +319,12 @@ mod tests {
 
     #[test]
     fn every_named_option_belongs_to_a_command() {
-        let applications = [Application::Volume, Application::Mesh, Application::Depth];
+        let applications = [
+            Application::Volume,
+            Application::Gaussians,
+            Application::Mesh,
+            Application::Depth,
+        ];
         let commands = applications.map(command);
         let exists = |name: &str| {
             let mut arguments = commands.iter().flat_map(Command::get_arguments);

@@ -243,7 +243,7 @@ impl Active {
             let high = f32x16::from_slice(simd, &part.high);
             let within = z1.max(low).min(high) - z0.max(low).min(high);
             let depth = f32x16::from_slice(simd, &part.rate) * within;
-            mass = mass + depth;
+            mass += depth;
             red = depth.mul_add(f32x16::from_slice(simd, &part.colour[0]), red);
             green = depth.mul_add(f32x16::from_slice(simd, &part.colour[1]), green);
             blue = depth.mul_add(f32x16::from_slice(simd, &part.colour[2]), blue);
@@ -413,7 +413,10 @@ impl<S: Simd> Sums<S> {
     fn of(simd: S, [z0, z1]: [f32; 2], rays: &BlockRays, active: &mut Active) -> Self {
         let zero = f32x16::splat(simd, 0.0);
         let begin = f32x16::splat(simd, z0);
-        let end = f32x16::splat(simd, z1).min(f32x16::from_slice(simd, &rays.far));
+        // A slab before the begin of a ray adds nothing to it, and leaves the shares that lie before the begin as they are.
+        let end = f32x16::splat(simd, z1)
+            .min(f32x16::from_slice(simd, &rays.far))
+            .max(f32x16::from_slice(simd, &rays.near));
         let (mut sum, mut sum_z) = (zero, zero);
         let (mut red, mut green, mut blue) = (zero, zero, zero);
         let (mut red_z, mut green_z, mut blue_z) = (zero, zero, zero);
@@ -441,8 +444,8 @@ impl<S: Simd> Sums<S> {
                 f32x16::splat(simd, g),
                 f32x16::splat(simd, b),
             );
-            sum = sum + depth;
-            sum_z = sum_z + depth_z;
+            sum += depth;
+            sum_z += depth_z;
             red = r.mul_add(depth, red);
             green = g.mul_add(depth, green);
             blue = b.mul_add(depth, blue);

@@ -23,7 +23,7 @@ use std::sync::Arc;
 use glam::DAffine3;
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
-use resample_core::image::linear_from_srgb;
+use resample_core::image::{Plane, linear_from_srgb};
 use resample_core::scratch::on_heap;
 use resample_core::tile::{TILE_PX, TileGrid};
 use resample_core::{Camera, Image, Stop, dispatch};
@@ -37,7 +37,7 @@ use crate::look::options::DepthPlane;
 use crate::render::Frame;
 use crate::stats::FrameStats;
 
-pub use options::{GaussianModel, GaussianOptions, PixelSamples};
+pub use options::{GaussianLayer, GaussianModel, GaussianOptions, PixelSamples};
 
 /// Draws Gaussians, picture after picture.
 ///
@@ -48,6 +48,8 @@ pub struct GaussianRenderer {
     options: GaussianOptions,
     binned: Binned,
     footprints: Footprints,
+    /// The camera whose Gaussians are binned: the windows of a picture share them.
+    binned_for: Option<Camera>,
     stop: Stop,
 }
 
@@ -66,6 +68,7 @@ impl GaussianRenderer {
             options: options.clone(),
             binned: Binned::default(),
             footprints: Footprints::default(),
+            binned_for: None,
             stop: Stop::default(),
         })
     }
@@ -73,6 +76,9 @@ impl GaussianRenderer {
     /// Draws with these options from now on; [`Error::Option`] as in [`GaussianRenderer::new`].
     pub fn update(&mut self, options: &GaussianOptions) -> Result<(), Error> {
         options.validate()?;
+        if self.options.model != options.model || self.options.clip != options.clip {
+            self.binned_for = None;
+        }
         self.options = options.clone();
         Ok(())
     }
@@ -82,7 +88,7 @@ impl GaussianRenderer {
         self.stop = stop;
     }
 
-    /// Draws the picture of a camera.
+    /// Draws the picture of a camera; [`Error::Stopped`] where its end was asked for.
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
         let size = [camera.width as usize, camera.height as usize];
         self.render_window(camera, [0, 0], size)
@@ -100,11 +106,17 @@ impl GaussianRenderer {
         let mut stats = FrameStats::default();
         let clock = StageClock::start();
         let is_volume = self.options.model == GaussianModel::Volume;
+        if self.binned_for != Some(*camera) {
+            if is_volume {
+                self.binned.fill(&self.gaussians, camera);
+            } else {
+                self.footprints.fill(&self.gaussians, camera, &self.options);
+            }
+            self.binned_for = Some(*camera);
+        }
         let [in_view, pairs] = if is_volume {
-            self.binned.fill(&self.gaussians, camera);
             [self.binned.count() as u64, self.binned.pairs() as u64]
         } else {
-            self.footprints.fill(&self.gaussians, camera, &self.options);
             self.footprints.counts()
         };
         stats.stages.project = clock.stop();
@@ -123,6 +135,9 @@ impl GaussianRenderer {
                 .map(|(&place, pixels)| DrawnTile { place, pixels })
                 .collect()
         };
+        if self.stop.is_asked() {
+            return Err(Error::Stopped);
+        }
         stats.stages.composite = clock.stop();
         let clock = StageClock::start();
         let image = self.picture(&tiles, first, size);
@@ -177,26 +192,37 @@ impl GaussianRenderer {
 
     fn picture(&self, tiles: &[DrawnTile], first: [usize; 2], size: [usize; 2]) -> Image {
         let mut image = Image::transparent(size[0], size[1]);
-        let mut depths = match self.options.depth {
-            DepthPlane::None => Vec::new(),
-            DepthPlane::Expected => vec![f32::INFINITY; size[0] * size[1]],
+        let nothing = || vec![f32::INFINITY; size[0] * size[1]];
+        image.depth = (self.options.depth != DepthPlane::None).then(nothing);
+        let layers = self.options.layers.iter();
+        let plane = |layer: &GaussianLayer| Plane {
+            name: layer.channel().to_owned(),
+            values: nothing(),
         };
-        for tile in tiles.iter().filter(|tile| !tile.pixels.is_empty()) {
+        image.planes = layers.map(plane).collect();
+        for tile in tiles {
             for (at, pixel) in tile.pixels.iter().enumerate() {
                 let x = tile.place[0] * TILE_PX + at % TILE_PX - first[0];
                 let y = tile.place[1] * TILE_PX + at / TILE_PX - first[1];
-                if x >= size[0] || y >= size[1] {
-                    continue;
-                }
-                image.rgba[y * size[0] + x] = linear(pixel.rgba, self.gaussians.blend_space);
-                if let (Some(depth), true) = (depths.get_mut(y * size[0] + x), pixel.rgba[3] > 0.0)
-                {
-                    *depth = pixel.depth / pixel.rgba[3];
+                if x < size[0] && y < size[1] && pixel.rgba[3] > 0.0 {
+                    self.put(&mut image, y * size[0] + x, pixel);
                 }
             }
         }
-        image.depth = (self.options.depth != DepthPlane::None).then_some(depths);
         image
+    }
+
+    /// Puts a pixel that shows something at its place.
+    fn put(&self, image: &mut Image, at: usize, pixel: &BlendPixel) {
+        image.rgba[at] = linear(pixel.rgba, self.gaussians.blend_space);
+        if let Some(depth) = &mut image.depth {
+            depth[at] = pixel.depth / pixel.rgba[3];
+        }
+        for (layer, plane) in self.options.layers.iter().zip(&mut image.planes) {
+            plane.values[at] = match layer {
+                GaussianLayer::MedianDepth => pixel.median,
+            };
+        }
     }
 }
 

@@ -26,6 +26,8 @@ pub struct GaussianOptions {
     pub min_transmittance: f32,
     /// The depth plane of the picture.
     pub depth: DepthPlane,
+    /// Further planes of the picture.
+    pub layers: Vec<GaussianLayer>,
     /// Vector instructions to use. Levels agree to rounding.
     pub simd: SimdLevel,
 }
@@ -57,14 +59,41 @@ pub enum GaussianModel {
     derive(serde::Serialize, serde::Deserialize),
     serde(rename_all = "kebab-case")
 )]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum PixelSamples {
-    /// Four where footprints are small, else one.
+    /// Four where footprints are small, else one
     #[default]
     Auto,
-    /// One: each footprint is widened by the pixel's Gaussian.
+    /// One: each footprint is widened by the pixel's Gaussian
+    #[cfg_attr(feature = "serde", serde(rename = "1"))]
+    #[cfg_attr(feature = "clap", value(name = "1"))]
     One,
-    /// Four, each with a narrower Gaussian.
+    /// Four, each with a narrower Gaussian
+    #[cfg_attr(feature = "serde", serde(rename = "4"))]
+    #[cfg_attr(feature = "clap", value(name = "4"))]
     Four,
+}
+
+/// A plane of a picture of Gaussians beside colour and mean depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum GaussianLayer {
+    /// Camera z at which half of the light is lost, world units; +infinity where less is lost (channel depth.median)
+    MedianDepth,
+}
+
+impl GaussianLayer {
+    /// The name of its channel in an EXR file.
+    pub fn channel(self) -> &'static str {
+        match self {
+            Self::MedianDepth => "depth.median",
+        }
+    }
 }
 
 impl Default for GaussianOptions {
@@ -78,6 +107,7 @@ impl Default for GaussianOptions {
             // A quarter of a step of an 8-bit picture.
             min_transmittance: 1.0 / 1024.0,
             depth: DepthPlane::None,
+            layers: Vec::new(),
             simd: SimdLevel::Auto,
         }
     }
