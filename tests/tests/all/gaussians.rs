@@ -215,3 +215,48 @@ fn other_viewers_are_drawn_as_their_formulas_say() {
         }
     }
 }
+
+#[test]
+fn a_clip_leaves_nothing_of_those_before_it() {
+    let mut numbers = Numbers(11);
+    let (mut all, mut kept) = (Gaussians::default(), Gaussians::default());
+    // Nearly along the rays, so that they meet it at very different depths.
+    let plane = ClipPlane {
+        normal: DVec3::new(1.0, 0.2, -0.2),
+        offset: 0.0,
+    };
+    while all.len() < 120 {
+        let place = DVec3::new(numbers.normal(), numbers.normal(), numbers.normal()) * 0.6;
+        let distance = plane.normal.dot(place) / plane.normal.length();
+        if distance.abs() < 0.3 {
+            continue;
+        }
+        let gaussian = Gaussian {
+            centre: place.as_vec3(),
+            rotation: Quat::IDENTITY,
+            scales: Vec3::splat(0.07),
+            opacity: 0.9,
+            colour: Vec3::splat(if distance > 0.0 { 0.2 } else { 1.0 }),
+        };
+        all.push(&gaussian, &[]).expect("finite numbers");
+        if distance > 0.0 {
+            kept.push(&gaussian, &[]).expect("finite numbers");
+        }
+    }
+    let camera = camera(DVec3::new(0.0, 0.0, 4.0), 30.0, [80, 80]);
+    let options = GaussianOptions {
+        clip: Clip {
+            planes: vec![plane],
+            ..Clip::default()
+        },
+        ..GaussianOptions::default()
+    };
+    let mut renderer = GaussianRenderer::new(Arc::new(all), &options).expect("options");
+    let cut = renderer.render(&camera).expect("a frame").image;
+    let wanted = drawn(&Arc::new(kept), &camera);
+    for (got, wanted) in cut.rgba.iter().zip(&wanted.rgba) {
+        let apart = got.iter().zip(wanted).map(|(a, b)| (a - b).abs());
+        let apart = apart.fold(0.0, f32::max);
+        assert!(apart < 0.003, "{got:?} instead of {wanted:?}");
+    }
+}

@@ -2,8 +2,8 @@
 //!
 //! In a slab the optical depths of all Gaussians are summed, and with them colours and first moments along the ray; the slab is
 //! composited as one. The order inside a slab is lost except for the moments, so a slab ends where the colours that it would mix
-//! differ by too much, weighted by the light that reaches it: M sqrt(V) T <= error, with the block's mean optical depth M of the
-//! slab, the variance V of its colours by optical depth, and the transmittance T before it. A Gaussian alone takes one slab, and so do
+//! differ by too much, weighted by the light that reaches it: M sqrt(V) T <= error, with the optical depth M of the slab
+//! (the geometric mean of the block's mean and greatest), the variance V of its colours by optical depth, and the transmittance T before it. A Gaussian alone takes one slab, and so do
 //! many of one colour.
 
 use fearless_simd::f32x16;
@@ -89,7 +89,7 @@ struct Slot {
     colour: [f32; 3],
 }
 
-/// 16 Gaussians as the choice of a slab's end sees them: means over the block.
+/// 16 Gaussians as the choice of a slab's end sees them: one number for the block's rays.
 #[derive(Clone, Copy, Debug, Default)]
 struct Briefs {
     /// Between which camera z it lies, taken as a box, and its optical depth over the box's length; 0 where a place is free.
@@ -384,8 +384,9 @@ fn activate<S: Simd>(simd: S, form: &RayForm, rays: &BlockRays, active: &mut Act
     peak.store_slice(&mut slot.peak);
     sharpness.store_slice(&mut slot.sharpness);
     slot.colour = form.colour;
-    let mean = depth.reduce_sum() * (1.0 / LANES as f32);
-    active.push(place, [low, high], mean, form.colour);
+    // Between the mean and the greatest, so that small ones count where they are.
+    let typical = (depth.reduce_sum() * depth.reduce_max() * (1.0 / LANES as f32)).sqrt();
+    active.push(place, [low, high], typical, form.colour);
     1
 }
 

@@ -190,13 +190,14 @@ pub(crate) fn draw_tile<S: Simd>(
 
 /// How many samples the pixels of a tile take.
 fn samples(job: &TileJob, entries: &[u64]) -> PixelSamples {
-    /// Footprints below this standard deviation are changed by widening so much that what lies behind them shows through.
+    /// Footprints below this standard deviation are changed by widening so much that what lies behind them shows through: that of the
+    /// pixel's own Gaussian. A fifth of such ones gave 47 dB on a model of a helmet, half of them 42.5, a tenth 52 for a third more time.
     const SMALL_PX: f32 = 0.5;
     match job.options.samples {
         PixelSamples::Auto => {
             let is_small = |entry: &&u64| in_view(job.binned, **entry).minor_px < SMALL_PX;
             let small = entries.iter().filter(is_small).count();
-            if 2 * small > entries.len() {
+            if 5 * small > entries.len() {
                 PixelSamples::Four
             } else {
                 PixelSamples::One
