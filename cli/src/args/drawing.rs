@@ -6,7 +6,7 @@ use anyhow::{Result, bail};
 use clap::Subcommand;
 
 use super::{
-    AskArgs, Goes, PartArgs, PictureArgs, TexmapArgs, VolsplatArgs, Warp3dArgs, short_help,
+    AskArgs, Goes, PartArgs, PictureArgs, PointsArgs, TexmapArgs, VolsplatArgs, Warp3dArgs, short_help,
 };
 use crate::values::input_file::{Held, Source};
 
@@ -28,6 +28,11 @@ pub enum Drawing {
     /// Example: resample warp3d im0.png disp0.pfm --depth-kind disparity --from calib.txt#0 --to calib.txt#1 -o new.png
     #[command(name = "warp3d", mut_args(short_help::warp3d))]
     Warp3d(Box<Warp3dArgs>),
+    /// Draw a scan of points (PLY, LAS, LAZ, E57, PCD, PTX, PTS, XYZ) from one or several cameras
+    ///
+    /// Example: resample points street.laz -o street.png
+    #[command(mut_args(short_help::points))]
+    Points(Box<PointsArgs>),
 }
 
 impl Drawing {
@@ -37,6 +42,7 @@ impl Drawing {
             Self::Texmap(_) => "texmap",
             Self::Volsplat(_) => "volsplat",
             Self::Warp3d(_) => "warp3d",
+            Self::Points(_) => "points",
         }
     }
 
@@ -46,6 +52,7 @@ impl Drawing {
             Self::Texmap(args) => &args.ask,
             Self::Volsplat(args) => &args.ask,
             Self::Warp3d(args) => &args.ask,
+            Self::Points(args) => &args.ask,
         }
     }
 
@@ -55,6 +62,7 @@ impl Drawing {
             Self::Texmap(args) => &mut args.ask,
             Self::Volsplat(args) => &mut args.ask,
             Self::Warp3d(args) => &mut args.ask,
+            Self::Points(args) => &mut args.ask,
         }
     }
 
@@ -64,6 +72,7 @@ impl Drawing {
             Self::Texmap(args) => args.sequence.resume,
             Self::Volsplat(args) => args.sequence.resume,
             Self::Warp3d(args) => args.sequence.resume,
+            Self::Points(args) => args.sequence.resume,
         }
     }
 
@@ -73,6 +82,7 @@ impl Drawing {
             Self::Texmap(args) => args.sequence.part,
             Self::Volsplat(args) => args.sequence.part,
             Self::Warp3d(args) => args.sequence.part,
+            Self::Points(args) => args.sequence.part,
         }
     }
 
@@ -103,6 +113,7 @@ impl Drawing {
             (Self::Warp3d(args), Held::Pictures(held)) => {
                 args.source = Source::Memory(held.clone());
             }
+            (Self::Points(args), Held::Points(held)) => args.source = Source::Memory(held.clone()),
             _ => {}
         }
     }
@@ -128,6 +139,7 @@ impl Drawing {
             Self::Texmap(args) => &mut args.output,
             Self::Volsplat(args) => &mut args.output,
             Self::Warp3d(args) => &mut args.output,
+            Self::Points(args) => &mut args.output,
         };
         *output = path.to_owned();
     }
@@ -137,6 +149,7 @@ impl Drawing {
             Self::Texmap(args) => &mut args.picture,
             Self::Volsplat(args) => &mut args.picture,
             Self::Warp3d(args) => &mut args.picture,
+            Self::Points(args) => &mut args.picture,
         }
     }
 }

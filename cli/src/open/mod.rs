@@ -1,6 +1,6 @@
 //! A scene whose files are read: drawn under one setting after another, and at last to its files.
 //!
-//! `open_scene` is the face of the three applications (`volume`, `mesh`, `depth`), each of which has a folder; a `setting` holds the
+//! `open_scene` is the face of the applications (`volume`, `mesh`, `depth`, `points`), each of which has a folder; a `setting` holds the
 //! options of an opened scene. [`volume()`] and [`mesh()`] make scenes of data in memory.
 
 pub mod setting;
@@ -8,6 +8,7 @@ pub(crate) mod open_scene;
 pub(crate) mod volume;
 pub(crate) mod mesh;
 pub(crate) mod depth;
+pub(crate) mod points;
 
 use std::any::Any;
 
@@ -22,6 +23,7 @@ use crate::args::{Drawing, TexmapArgs, VolsplatArgs};
 use crate::open::depth::OpenDepth;
 use crate::open::mesh::{OpenMesh, load_options};
 use crate::open::open_scene::{OpenScene, Probed};
+use crate::open::points::OpenPoints;
 use crate::open::setting::Setting;
 use crate::open::volume::{OpenVolume, file};
 use crate::picture::Drawn;
@@ -44,6 +46,7 @@ impl Opened {
                 Drawing::Texmap(args) => Box::new(OpenMesh::read(*args, verbosity)?),
                 Drawing::Volsplat(args) => Box::new(OpenVolume::read(*args, purpose, verbosity)?),
                 Drawing::Warp3d(args) => Box::new(OpenDepth::read(*args, purpose, verbosity)?),
+                Drawing::Points(args) => Box::new(OpenPoints::read(*args, purpose, verbosity)?),
             },
         })
     }

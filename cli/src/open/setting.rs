@@ -8,10 +8,11 @@ use anyhow::{Result, bail};
 use resample_core::{FootprintMode, KernelShape, SelectMode};
 use volsplat::{Cells, Classify, Interpolate, Subpixels};
 use warp3d::args::MethodName;
+use warp3d::cloud::Blend;
 use warp3d::{Fill, Visibility, WarpArgs};
 
 use crate::args::volume::order;
-use crate::args::{Drawing, Given, OrderName, RenderArgs};
+use crate::args::{Drawing, Given, OrderName, PointsRenderArgs, RenderArgs};
 use crate::values::{cells_word, word};
 
 /// All options of how one application draws, and which of them are given.
@@ -23,6 +24,8 @@ pub enum Setting {
     Mesh(Given<texmap::RenderOptions>),
     /// Those of a picture with depth.
     Depth(Given<WarpArgs>),
+    /// A scan's.
+    Points(Given<PointsRenderArgs>),
 }
 
 /// One option, set to a value.
@@ -34,6 +37,8 @@ pub enum Choice {
     Mesh(MeshChoice),
     /// An option of a picture with depth.
     Depth(DepthChoice),
+    /// An option of a scan.
+    Points(PointsChoice),
 }
 
 /// One option of a volume, set to a value.
@@ -85,6 +90,17 @@ pub enum DepthChoice {
     Fill(Fill),
 }
 
+/// One option of a scan, set to a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PointsChoice {
+    /// `--blend`.
+    Blend(Blend),
+    /// `--subpixels`.
+    Subpixels(u32),
+    /// `--every`.
+    Every(u32),
+}
+
 /// Options that are set beyond a setting, in the order in which they are written; none twice.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Choices {
@@ -109,6 +125,12 @@ impl From<DepthChoice> for Choice {
     }
 }
 
+impl From<PointsChoice> for Choice {
+    fn from(choice: PointsChoice) -> Self {
+        Self::Points(choice)
+    }
+}
+
 impl Choice {
     /// The long name of the option, and the value as it is typed.
     fn name_and_word(&self) -> (&'static str, String) {
@@ -120,6 +142,9 @@ impl Choice {
             Self::Depth(DepthChoice::Visibility(rule)) => ("visibility", word(*rule)),
             Self::Depth(DepthChoice::Subpixels(count)) => ("subpixels", count.to_string()),
             Self::Depth(DepthChoice::Fill(fill)) => ("fill", word(*fill)),
+            Self::Points(PointsChoice::Blend(blend)) => ("blend", word(*blend)),
+            Self::Points(PointsChoice::Subpixels(count)) => ("subpixels", count.to_string()),
+            Self::Points(PointsChoice::Every(count)) => ("every", count.to_string()),
         }
     }
 }
@@ -175,6 +200,16 @@ impl DepthChoice {
             Self::Visibility(rule) => args.visibility = Some(rule),
             Self::Subpixels(count) => args.subpixels = Some(count),
             Self::Fill(fill) => args.fill = fill,
+        }
+    }
+}
+
+impl PointsChoice {
+    fn apply(self, args: &mut PointsRenderArgs) {
+        match self {
+            Self::Blend(blend) => args.blend = blend,
+            Self::Subpixels(count) => args.subpixels = count,
+            Self::Every(count) => args.every = count,
         }
     }
 }
@@ -249,6 +284,9 @@ impl Setting {
                 (Self::Depth(own), Choice::Depth(choice)) => {
                     own.set(name, word, |args| choice.apply(args));
                 }
+                (Self::Points(own), Choice::Points(choice)) => {
+                    own.set(name, word, |args| choice.apply(args));
+                }
                 _ => bail!("--{name} is an option of another application"),
             }
         }
@@ -261,6 +299,7 @@ impl Setting {
             Self::Volume(given) => order::order(given).is_ok(),
             Self::Mesh(given) => given.options.validate().is_ok(),
             Self::Depth(given) => given.options.options().is_ok(),
+            Self::Points(given) => given.options.is_legal(),
         }
     }
 
@@ -272,6 +311,7 @@ impl Setting {
             (Self::Depth(own), Self::Depth(other)) => {
                 own.options.options().ok() == other.options.options().ok()
             }
+            (Self::Points(own), Self::Points(other)) => own.options == other.options,
             _ => false,
         }
     }
@@ -282,6 +322,7 @@ impl Setting {
             Self::Volume(given) => given.has(name),
             Self::Mesh(given) => given.has(name),
             Self::Depth(given) => given.has(name),
+            Self::Points(given) => given.has(name),
         }
     }
 
@@ -291,6 +332,7 @@ impl Setting {
             Self::Volume(given) => given.words(),
             Self::Mesh(given) => given.words(),
             Self::Depth(given) => given.words(),
+            Self::Points(given) => given.words(),
         };
         words.iter().map(|(name, word)| (&**name, &**word))
     }
@@ -303,6 +345,7 @@ impl Drawing {
             Self::Texmap(args) => Setting::Mesh(args.render.clone()),
             Self::Volsplat(args) => Setting::Volume(Box::new(args.render.clone())),
             Self::Warp3d(args) => Setting::Depth(args.render.clone()),
+            Self::Points(args) => Setting::Points(args.render.clone()),
         }
     }
 
@@ -312,6 +355,7 @@ impl Drawing {
             (Self::Texmap(args), Setting::Mesh(render)) => args.render = render,
             (Self::Volsplat(args), Setting::Volume(render)) => args.render = *render,
             (Self::Warp3d(args), Setting::Depth(render)) => args.render = render,
+            (Self::Points(args), Setting::Points(render)) => args.render = render,
             (drawing, _) => bail!("a setting of another application than {}", drawing.name()),
         }
         Ok(())
@@ -378,6 +422,13 @@ mod tests {
             DepthChoice::Fill(Fill::Background),
         ] {
             check(&["warp3d", "a.png", "a.pfm"], choice);
+        }
+        for choice in [
+            PointsChoice::Blend(Blend::Mean),
+            PointsChoice::Subpixels(8),
+            PointsChoice::Every(4),
+        ] {
+            check(&["points", "a.las"], choice);
         }
     }
 

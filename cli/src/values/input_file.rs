@@ -12,6 +12,7 @@ use clap::builder::{OsStringValueParser, TypedValueParser};
 use resample_io::{Picture, Plane};
 use texmap::Loaded;
 use volsplat::Volume;
+use warp3d::input::clouds::PointCloudFile;
 
 /// A file, and perhaps a part of it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -108,6 +109,8 @@ pub enum Held {
     Mesh(Arc<Loaded>),
     /// Of `warp3d`.
     Pictures(Arc<HeldPictures>),
+    /// Of `points`.
+    Points(Arc<PointCloudFile>),
 }
 
 impl<T> Source<T> {

@@ -114,6 +114,7 @@ impl OpenedScene {
             Drawing::Volsplat(args) => args.input.path.clone(),
             Drawing::Texmap(args) => args.input.path.clone(),
             Drawing::Warp3d(args) => PathBuf::from(&args.colour),
+            Drawing::Points(args) => args.input.path.clone(),
         };
         let name = path.file_name().unwrap_or(path.as_os_str());
         name.to_string_lossy().into_owned()
@@ -197,7 +198,9 @@ impl OpenedScene {
         }
         let text = match self.words.application {
             Application::Depth => self.moved_lens(view)?.to_string(),
-            Application::Volume | Application::Mesh => view.camera.to_string(),
+            Application::Volume | Application::Mesh | Application::Points => {
+                view.camera.to_string()
+            }
         };
         // As the command line reads it from a file, digit for digit.
         let defaults = CameraDefaults {
@@ -405,7 +408,7 @@ impl OpenedScene {
     pub(crate) fn camera_option(&self) -> &'static str {
         match self.words.application {
             Application::Depth => "--to",
-            Application::Volume | Application::Mesh => "--camera",
+            Application::Volume | Application::Mesh | Application::Points => "--camera",
         }
     }
 
@@ -434,6 +437,7 @@ fn background_word(drawing: &Drawing) -> Option<&BackgroundWord> {
         Drawing::Volsplat(args) => &args.picture,
         Drawing::Texmap(args) => &args.picture,
         Drawing::Warp3d(args) => &args.picture,
+        Drawing::Points(args) => &args.picture,
     };
     picture.background.as_ref()
 }

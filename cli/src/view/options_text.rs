@@ -23,11 +23,12 @@ use crate::values::BackgroundWord;
 use crate::values::input_file::Held;
 
 /// Options that the page may set. None of them names a file.
-const FROM_PAGE: [&str; 25] = [
+const FROM_PAGE: [&str; 26] = [
     "background",
     "blend",
     "channel",
     "clip-plane",
+    "color-by",
     "colormap",
     "crop",
     "crop-voxels",
@@ -216,7 +217,7 @@ impl Words {
             OWN.contains(&name)
                 || REPLACED.contains(&name)
                 || changes.contains_key(name)
-                || is_overridden(name, changes)
+                || (self.application == Application::Volume && is_overridden(name, changes))
                 || (has_look && LOOKS.contains(&name))
                 || (files.labels.is_some() && name == "label-colours")
         })
@@ -317,7 +318,12 @@ mod tests {
 
     #[test]
     fn every_named_option_belongs_to_a_command() {
-        let applications = [Application::Volume, Application::Mesh, Application::Depth];
+        let applications = [
+            Application::Volume,
+            Application::Mesh,
+            Application::Depth,
+            Application::Points,
+        ];
         let commands = applications.map(command);
         let exists = |name: &str| {
             let mut arguments = commands.iter().flat_map(Command::get_arguments);

@@ -46,9 +46,9 @@ mod project;
 mod tile;
 mod renderer;
 
-pub use options::{Blend, CloudOptions};
+pub use options::{Blend, CloudOptions, Shade};
 pub use points::PointCloud;
-pub use prepare::{Disc, LeftOut, Prepared, prepare};
+pub use prepare::{Disc, Floating, LeftOut, Prepared, prepare, prepare_bytes, prepare_with};
 pub use renderer::{CloudFrame, CloudRenderer, CloudStats};
 
 #[cfg(test)]

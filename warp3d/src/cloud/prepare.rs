@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use resample_core::narrow::single;
 
 use crate::Error;
-use crate::cloud::cells::{Nearest, Tree};
+use crate::cloud::cells::{Nearest, Place, Tree};
 use crate::cloud::fit::{Plane, plane};
 use crate::cloud::points::PointCloud;
 use crate::cloud::voronoi::Cell;
@@ -90,6 +90,16 @@ pub struct LeftOut {
     pub without_spacing: u64,
 }
 
+/// The fate of points far from all others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Floating {
+    /// They get no disc.
+    #[default]
+    LeftOut,
+    /// They get a disc as large as their distance from the others asks for.
+    Kept,
+}
+
 /// Discs of a cloud.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prepared {
@@ -97,8 +107,17 @@ pub struct Prepared {
     pub origin_in_world: DVec3,
     /// Discs; those of neighbouring points lie near each other.
     pub discs: Vec<Disc>,
+    /// The number in the cloud of each disc's point.
+    pub points: Vec<u32>,
     /// How many points are left out.
     pub left_out: LeftOut,
+}
+
+/// The most memory that making discs of so many points takes beside the cloud, bytes: a place in the tree with its axis, a fit, a
+/// fate, a disc and its number.
+pub fn prepare_bytes(points: usize) -> u64 {
+    const EACH: usize = size_of::<Place>() + 1 + size_of::<(Disc, f32)>() + 1 + size_of::<Disc>() + 4;
+    EACH as u64 * points as u64
 }
 
 /// Makes discs of points.
@@ -106,6 +125,14 @@ pub struct Prepared {
 /// # Errors
 /// [`Error::Input`] for a cloud that [`PointCloud::validate`] refuses.
 pub fn prepare(cloud: &PointCloud) -> Result<Prepared, Error> {
+    prepare_with(cloud, Floating::LeftOut)
+}
+
+/// Makes discs of points, and decides about those far from all others.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_with(cloud: &PointCloud, floating: Floating) -> Result<Prepared, Error> {
     cloud.validate()?;
     let tree = Tree::new(&cloud.positions);
     let slots = 0..tree.places.len();
@@ -119,17 +146,37 @@ pub fn prepare(cloud: &PointCloud) -> Result<Prepared, Error> {
         .flat_map_iter(|(block, discs)| kept(&tree, &fitted, discs, block * BLOCK))
         .collect();
     let count = |what| keep.par_iter().filter(|&&k| k == what).count() as u64;
+    let has_disc = |keep: Keep| match (keep, floating) {
+        (Keep::Kept, _) | (Keep::Isolated, Floating::Kept) => true,
+        (Keep::Isolated, Floating::LeftOut) | (Keep::WithoutSpacing, _) => false,
+    };
     let left_out = LeftOut {
-        isolated: count(Keep::Isolated),
+        isolated: match floating {
+            Floating::LeftOut => count(Keep::Isolated),
+            Floating::Kept => 0,
+        },
         without_spacing: count(Keep::WithoutSpacing),
     };
+    let places = tree.places.iter().zip(&keep);
+    let points = places.filter_map(|(place, keep)| has_disc(*keep).then_some(place.index));
+    let points = points.collect();
+    drop(tree);
     let pairs = fitted.into_iter().zip(keep);
-    let kept = pairs.filter_map(|((disc, _), keep)| (keep == Keep::Kept).then_some(disc));
+    let discs = pairs.filter_map(|((disc, _), keep)| has_disc(keep).then_some(disc));
     Ok(Prepared {
         origin_in_world: cloud.origin_in_world,
-        discs: kept.collect(),
+        discs: discs.collect(),
+        points,
         left_out,
     })
+}
+
+impl Prepared {
+    /// Gives each disc the colour, sRGB, that `colour` says for it and for the number of its point in the cloud.
+    pub fn recolour(&mut self, colour: impl Fn(&Disc, usize) -> [u8; 3] + Sync) {
+        let pairs = self.discs.par_iter_mut().zip(&self.points);
+        pairs.for_each(|(disc, &point)| disc.colour = colour(disc, point as usize));
+    }
 }
 
 /// The fate of a point.

@@ -7,12 +7,13 @@
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 use resample_core::image::linear_from_srgb;
+use resample_core::light::{AMBIENT, DIFFUSE};
 use resample_core::narrow::{pixel, side, single};
 use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::tile::{ChunkBins, MAX_CHUNK_LEN, TileGrid};
 use resample_core::{Camera, Projection};
 
-use crate::cloud::options::CloudOptions;
+use crate::cloud::options::{CloudOptions, Shade};
 use crate::cloud::prepare::{Disc, Prepared};
 
 /// Footprints of the blend end at this many standard deviations, where a weight is 1/50 of that in the middle.
@@ -73,6 +74,10 @@ pub(crate) struct Projector<'a> {
     camera_from_disc: DAffine3,
     options: &'a CloudOptions,
     linear: [f32; 256],
+    /// Towards the distant light, camera space, unit length.
+    light: DVec3,
+    /// How much larger discs are than they were prepared, because others are left out.
+    larger: f64,
 }
 
 /// The derivatives of a place on the screen and of a plane's depth there.
@@ -103,7 +108,8 @@ pub(crate) fn project(
         .enumerate()
         .for_each(|(number, (bins, discs))| {
             bins.clear();
-            for splat in discs.iter().filter_map(|disc| projector.splat(disc)) {
+            let drawn = discs.iter().step_by(options.every as usize);
+            for splat in drawn.filter_map(|disc| projector.splat(disc)) {
                 let [x0, y0, x1, y1] = union(grown(splat.disc_box), splat.blend_box);
                 let apron = side(APRON_PX);
                 let columns = [
@@ -140,6 +146,8 @@ impl<'a> Projector<'a> {
             camera_from_disc: DAffine3::from_mat3_translation(pose.matrix3, offset),
             options,
             linear: std::array::from_fn(linear),
+            light: (pose.matrix3 * options.light).normalize_or_zero(),
+            larger: f64::from(options.every).sqrt(),
         }
     }
 
@@ -155,7 +163,10 @@ impl<'a> Projector<'a> {
         let at = camera.screen_from_camera(middle);
         let (normal, cut) = (vector(disc.normal), vector(disc.cut));
         let local = self.local(middle, normal);
-        let (spacing, radius) = (f64::from(disc.spacing), f64::from(disc.radius));
+        let (spacing, radius) = (
+            self.larger * f64::from(disc.spacing),
+            self.larger * f64::from(disc.radius),
+        );
         // The blend reaches wherever the disc covers.
         let sigma = (self.options.sigma_spacings * spacing).max(radius / REACH_SIGMAS);
         let shape = local.gram(normal);
@@ -187,18 +198,36 @@ impl<'a> Projector<'a> {
             disc: disc_form,
             cut: local.hit.map(|h| single(cut.dot(h))),
             weight: single(weight),
-            rgb: disc.colour.map(|code| self.linear[usize::from(code)]),
+            rgb: self.colour(disc, middle, normal),
             disc_box,
             blend_box,
         };
         (splat.weight.is_finite() && at.is_finite()).then_some(splat)
     }
 
+    /// The linear colour of a disc under the light, camera space; its normal is turned to the eye.
+    fn colour(&self, disc: &Disc, middle: DVec3, normal: DVec3) -> [f32; 3] {
+        let eye = match self.camera.projection {
+            Projection::Perspective => -middle.normalize_or_zero(),
+            Projection::Orthographic => DVec3::NEG_Z,
+        };
+        let facing = normal.dot(eye);
+        let lit = match self.options.shade {
+            Shade::Unlit => 1.0,
+            Shade::Headlight => AMBIENT + DIFFUSE * single(facing.abs()),
+            Shade::Lambert => {
+                let towards = normal.dot(self.light).copysign(normal.dot(self.light) * facing);
+                AMBIENT + DIFFUSE * single(towards.max(0.0))
+            }
+        };
+        disc.colour.map(|code| lit * self.linear[usize::from(code)])
+    }
+
     /// How far behind a disc others belong to its surface, seen at an angle of this sine.
     fn tolerance(&self, disc: &Disc, sine: f64) -> f64 {
         let stretch = (1.0 / sine).min(MOST_STRETCH);
         let spacings = self.options.depth_tolerance_spacings * stretch;
-        spacings * f64::from(disc.spacing) + THICKNESS_SIGMAS * f64::from(disc.thickness)
+        spacings * self.larger * f64::from(disc.spacing) + THICKNESS_SIGMAS * f64::from(disc.thickness)
     }
 
     fn local(&self, middle: DVec3, normal: DVec3) -> Local {

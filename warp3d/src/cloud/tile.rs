@@ -2,7 +2,7 @@
 //!
 //! Takes the splats of a tile, returns colour and depth of its pixels. The front is, at each pixel, the least depth of
 //! a disc there plus the disc's tolerance; a disc before it belongs to the visible surface, and all that do are blended. A pixel whose
-//! neighbours are all covered is opaque. Else 4x4 subpixels, of it and of its neighbours, say whether a disc covers
+//! neighbours are all covered is opaque. Else subpixels, of it and of its neighbours, say whether a disc covers
 //! them, and the pixel's Gaussian sums them.
 
 use resample_core::Projection;
@@ -16,9 +16,9 @@ use crate::cloud::project::{APRON_PX, REACH_SIGMAS, Splat, grown};
 /// Side of the tile with its apron, px.
 const SIDE: usize = TILE_PX + 2 * APRON_PX;
 
-/// Subpixels of a pixel along one axis. An edge along an axis is then known to 1/8 px, its coverage to that times the greatest
-/// density of the pixel's Gaussian, 0.8 per px: 0.1.
-const SUB: usize = 4;
+/// Most subpixels of a pixel along one axis: a mask has 64 bits. With 4, an edge along an axis is known to 1/8 px, its coverage to
+/// that times the greatest density of the pixel's Gaussian, 0.8 per px: 0.1.
+const MOST_SUB: usize = 8;
 
 /// A linear fit moves the colour by at most this many standard deviations of the offsets of the discs: beyond them it
 /// extrapolates. A guess.
@@ -46,10 +46,12 @@ pub(crate) struct TileScratch {
     /// The farthest depth of the visible surface, of the tile with its apron; infinite where no disc is.
     front: [f32; SIDE * SIDE],
     /// Covered subpixels.
-    masks: [u16; SIDE * SIDE],
+    masks: [u64; SIDE * SIDE],
     sums: [Sums; TILE_PX * TILE_PX],
+    /// Subpixels of a pixel along one axis.
+    sub: usize,
     /// Weights of the subpixels of three pixels along one axis.
-    kernel: [f32; 3 * SUB],
+    kernel: [f32; 3 * MOST_SUB],
 }
 
 /// Where a tile lies and how it is drawn.
@@ -86,17 +88,19 @@ struct Met {
 }
 
 impl TileScratch {
-    pub(crate) fn new() -> Self {
-        let middle = 0.5 * (3 * SUB) as f64 - 0.5;
+    /// Buffers for so many subpixels along one axis of a pixel, at most 8.
+    pub(crate) fn new(sub: usize) -> Self {
+        let middle = 0.5 * (3 * sub) as f64 - 0.5;
         let weight = |i: usize| {
-            let d = (i as f64 - middle) / (SUB as f64 * PIXEL_SIGMA_PX);
+            let d = (i as f64 - middle) / (sub as f64 * PIXEL_SIGMA_PX);
             (-0.5 * d * d).exp()
         };
-        let sum: f64 = (0..3 * SUB).map(weight).sum();
+        let sum: f64 = (0..3 * sub).map(weight).sum();
         Self {
             front: [f32::INFINITY; SIDE * SIDE],
             masks: [0; SIDE * SIDE],
             sums: [Sums::default(); TILE_PX * TILE_PX],
+            sub,
             kernel: std::array::from_fn(|i| single(weight(i) / sum)),
         }
     }
@@ -163,7 +167,7 @@ impl TileScratch {
             }
         }
         for (mask, &needed) in self.masks.iter_mut().zip(&needed) {
-            *mask = if needed { 0 } else { u16::MAX };
+            *mask = if needed { 0 } else { u64::MAX };
         }
         any.then_some(needed)
     }
@@ -207,18 +211,21 @@ impl TileScratch {
 
     /// Marks the subpixels that a disc covers.
     fn cover(&mut self, job: &TileJob, splat: &Splat, needed: &[bool; SIDE * SIDE]) {
-        let masks = &mut self.masks;
+        let (masks, side) = (&mut self.masks, self.sub);
+        let whole = u64::MAX >> (64 - side * side);
+        // Of the place in a pixel of each column or row of subpixels.
+        let places: [f32; MOST_SUB] =
+            std::array::from_fn(|i| (i as f32 + 0.5) / side as f32 - 0.5);
         // Subpixels lie up to half a pixel from their pixel's centre.
         for_each_pixel(job, &grown(splat.disc_box), APRON_PX, |slot, centre| {
-            if !needed[slot] || masks[slot] == u16::MAX {
+            if !needed[slot] || masks[slot] == whole {
                 return;
             }
-            for sub in 0..SUB * SUB {
-                let place = |i: usize| (i as f32 + 0.5) / SUB as f32 - 0.5;
-                let dx = centre[0] + place(sub % SUB) - splat.at[0];
-                let dy = centre[1] + place(sub / SUB) - splat.at[1];
+            for sub in 0..side * side {
+                let dx = centre[0] + places[sub % side] - splat.at[0];
+                let dy = centre[1] + places[sub / side] - splat.at[1];
                 let met = splat.met(job.projection, dx, dy);
-                masks[slot] |= u16::from(splat.covers(&met, dx, dy)) << sub;
+                masks[slot] |= u64::from(splat.covers(&met, dx, dy)) << sub;
             }
         });
     }
@@ -226,15 +233,16 @@ impl TileScratch {
     /// The part of the pixel's Gaussian that is covered; the picture goes on past its border as it is there.
     fn alpha(&self, job: &TileJob, x: usize, y: usize) -> f32 {
         let ([left, right], [top, bottom]) = (inside_picture(job, 0), inside_picture(job, 1));
-        let mut alpha = 0.0;
-        for row in 0..3 * SUB {
-            let line = (y + row / SUB).clamp(top, bottom - 1) * SIDE;
+        let (mut alpha, side) = (0.0, self.sub);
+        for row in 0..3 * side {
+            let line = (y + row / side).clamp(top, bottom - 1) * SIDE;
             let mut sum = 0.0;
             for block in 0..3 {
                 let column = (x + block).clamp(left, right - 1);
-                let mask = self.masks[line + column] >> (row % SUB * SUB);
-                for sub in 0..SUB {
-                    sum += self.kernel[block * SUB + sub] * f32::from(mask >> sub & 1);
+                let mask = self.masks[line + column] >> (row % side * side);
+                for sub in 0..side {
+                    let is_covered = mask >> sub & 1 == 1;
+                    sum += if is_covered { self.kernel[block * side + sub] } else { 0.0 };
                 }
             }
             alpha += self.kernel[row] * sum;

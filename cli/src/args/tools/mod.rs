@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
-use crate::args::{Drawing, TexmapArgs, VolsplatArgs, VolumeArgs, Warp3dArgs, short_help};
+use crate::args::{Drawing, PointsArgs, TexmapArgs, VolsplatArgs, VolumeArgs, Warp3dArgs, short_help};
 use crate::values;
 use crate::values::input_file::InputFile;
 use crate::values::{Size, input_file};
@@ -121,7 +121,7 @@ pub struct DemoArgs {
 /// Options of `resample info`.
 #[derive(Args, Clone, Debug)]
 pub struct InfoArgs {
-    /// Volume, mesh, picture or depth; a folder of slices, or a pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
+    /// Volume, mesh, scan, picture or depth; a folder of slices, or a pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
     #[arg(value_name = "FILE[#PART]", value_parser = input_file::parser())]
     pub input: InputFile,
     /// Print JSON
@@ -167,6 +167,9 @@ pub enum Measured {
         mut_arg("output", unwritten)
     )]
     Warp3d(Box<MeasuredDepth>),
+    /// Measure how a scan of points is drawn
+    #[command(mut_args(short_help::points), mut_arg("output", unwritten))]
+    Points(Box<MeasuredPoints>),
 }
 
 /// A mesh and the measurement.
@@ -202,6 +205,15 @@ pub struct MeasuredDepth {
     measurement: TradeOptions,
     #[command(flatten, next_help_heading = None::<&str>)]
     drawing: Warp3dArgs,
+}
+
+/// A scan and the measurement.
+#[derive(Args, Clone, Debug)]
+pub struct MeasuredPoints {
+    #[command(flatten)]
+    measurement: TradeOptions,
+    #[command(flatten, next_help_heading = None::<&str>)]
+    drawing: PointsArgs,
 }
 
 /// Options of the measurement.
@@ -266,6 +278,11 @@ impl TradeArgs {
                 Drawing::Warp3d(Box::new(args.drawing)),
                 None,
             ),
+            Measured::Points(args) => (
+                args.measurement,
+                Drawing::Points(Box::new(args.drawing)),
+                None,
+            ),
         }
     }
 }
@@ -276,7 +293,7 @@ pub struct ViewArgs {
     /// How the page is served.
     #[command(flatten)]
     pub serve: ServeArgs,
-    /// A volume, a mesh, or a picture and its depth; then any options of volsplat, texmap or warp3d
+    /// A volume, a mesh, a scan, or a picture and its depth; then any options of volsplat, texmap, points or warp3d
     #[arg(value_name = "FILE [OPTIONS]", required = true, num_args = 1.., trailing_var_arg = true, allow_hyphen_values = true)]
     pub words: Vec<OsString>,
 }

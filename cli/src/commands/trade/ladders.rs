@@ -10,9 +10,12 @@ use resample_core::{FootprintMode, KernelShape, SelectMode};
 use volsplat::{Cells, Classify, Interpolate, Subpixels};
 use warp3d::Visibility;
 use warp3d::args::MethodName;
+use warp3d::cloud::Blend;
 
 use crate::args::{Drawing, OrderName};
-use crate::open::setting::{Choice, Choices, DepthChoice, MeshChoice, VolumeChoice};
+use crate::open::setting::{
+    Choice, Choices, DepthChoice, MeshChoice, PointsChoice, VolumeChoice,
+};
 
 /// A choice and its rungs.
 struct Ladder {
@@ -176,6 +179,14 @@ fn depth_ladders() -> Vec<Ladder> {
     ]
 }
 
+fn points_ladders() -> Vec<Ladder> {
+    vec![
+        ladder("blend", all::<Blend>(), PointsChoice::Blend),
+        ladder("every", [16, 8, 4, 2, 1], PointsChoice::Every),
+        ladder("subpixels", SUBPIXELS, PointsChoice::Subpixels),
+    ]
+}
+
 /// The slowest, most exact setting of an application.
 pub(super) fn exact(drawing: &Drawing) -> Choices {
     match drawing {
@@ -193,6 +204,11 @@ pub(super) fn exact(drawing: &Drawing) -> Choices {
             DepthChoice::Method(MethodName::Hybrid),
             DepthChoice::Subpixels(8),
         ]),
+        Drawing::Points(_) => Choices::of([
+            PointsChoice::Blend(Blend::Linear),
+            PointsChoice::Every(1),
+            PointsChoice::Subpixels(8),
+        ]),
     }
 }
 
@@ -202,6 +218,7 @@ pub(super) fn settings(drawing: &Drawing, named: &[String]) -> Result<Vec<Named>
         Drawing::Texmap(_) => mesh_ladders(),
         Drawing::Volsplat(_) => volume_ladders(),
         Drawing::Warp3d(_) => depth_ladders(),
+        Drawing::Points(_) => points_ladders(),
     };
     let of = |name: &str, group, choices| Named {
         name: name.to_owned(),

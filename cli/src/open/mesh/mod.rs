@@ -133,7 +133,7 @@ impl OpenScene for OpenMesh {
     fn set(&mut self, setting: &Setting) -> Result<()> {
         match setting {
             Setting::Mesh(render) => self.draw_with(render),
-            Setting::Volume(_) | Setting::Depth(_) => bail!("a setting of another application"),
+            _ => bail!("a setting of another application"),
         }
     }
 

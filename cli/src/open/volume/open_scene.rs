@@ -48,7 +48,7 @@ impl OpenScene for OpenVolume {
     fn set(&mut self, setting: &Setting) -> Result<()> {
         match setting {
             Setting::Volume(render) => self.draw_with(render),
-            Setting::Mesh(_) | Setting::Depth(_) => bail!("a setting of another application"),
+            _ => bail!("a setting of another application"),
         }
     }
 
