@@ -47,6 +47,8 @@ pub(crate) struct Splat {
     pub(crate) z: f32,
     /// Camera z changes by at most this over the disc, world units.
     pub(crate) half_depth: f32,
+    /// A form at a pixel is at least that of the pixel's ray over this: the square of the middle's depth over the nearest depth.
+    pub(crate) slack: f32,
     /// How far behind it other discs belong to its surface, world units.
     pub(crate) tolerance: f32,
     /// Perspective: change of z of the middle over z; orthographic: change of z, world units. Per px.
@@ -192,6 +194,8 @@ impl<'a> Projector<'a> {
             at: [single(at.x), single(at.y)],
             z: single(middle.z),
             half_depth: single(half_depth),
+            // A little more, for rounding.
+            slack: single(1.001 * (middle.z / (middle.z - half_depth).max(0.0)).powi(2)),
             tolerance: single(self.tolerance(disc, local.sine)),
             slope: [single(local.slope.x), single(local.slope.y)],
             gaussian,
