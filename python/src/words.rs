@@ -23,7 +23,12 @@ pub(crate) type Named = (String, Vec<OsString>);
 
 /// The application of a command's name.
 pub(crate) fn application(name: &str) -> PyResult<Application> {
-    let all = [Application::Volume, Application::Mesh, Application::Depth];
+    let all = [
+        Application::Volume,
+        Application::Mesh,
+        Application::Depth,
+        Application::Points,
+    ];
     let found = all.into_iter().find(|one| one.name() == name);
     found.ok_or_else(|| PyValueError::new_err(format!("no command '{name}'")))
 }

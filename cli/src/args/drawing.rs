@@ -6,7 +6,8 @@ use anyhow::{Result, bail};
 use clap::Subcommand;
 
 use super::{
-    AskArgs, Goes, PartArgs, PictureArgs, PointsArgs, TexmapArgs, VolsplatArgs, Warp3dArgs, short_help,
+    AskArgs, Goes, PartArgs, PictureArgs, PointsArgs, TexmapArgs, VolsplatArgs, Warp3dArgs,
+    short_help,
 };
 use crate::values::input_file::{Held, Source};
 

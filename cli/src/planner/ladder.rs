@@ -10,9 +10,7 @@ use warp3d::args::MethodName;
 
 use crate::args::OrderName;
 use crate::args::volume::order;
-use crate::open::setting::{
-    Choices, DepthChoice, MeshChoice, PointsChoice, Setting, VolumeChoice,
-};
+use crate::open::setting::{Choices, DepthChoice, MeshChoice, PointsChoice, Setting, VolumeChoice};
 
 /// Choices beyond the typed setting.
 #[derive(Clone, Debug)]

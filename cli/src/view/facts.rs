@@ -7,7 +7,9 @@ use serde_json::{Map, Value, json};
 use volsplat::transfer::{ColourMap, Histogram, Preset};
 use volsplat::{Blend, Described, Shading, TransferFunction};
 
-use crate::args::{ColourBy, ComponentLook, Drawing, RayBlend, SceneArgs, TransferArgs, VolsplatArgs};
+use crate::args::{
+    ColourBy, ComponentLook, Drawing, RayBlend, SceneArgs, TransferArgs, VolsplatArgs,
+};
 use crate::look::transfer::Suggested;
 use crate::look::{channel_look, transfer};
 use crate::open::volume::OpenVolume;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use resample_core::narrow::{count, single};
 
 use crate::Error;
-use crate::cloud::cells::{MOST_NEIGHBOURS, Nearest, Place, Tree};
+use crate::cloud::cells::{Gathered, MOST_NEIGHBOURS, Nearest, Place, Tree};
 use crate::cloud::fit::{Plane, plane};
 use crate::cloud::points::PointCloud;
 use crate::cloud::voronoi::Cell;
@@ -83,6 +83,9 @@ const NO_DISC: Disc = Disc {
     colour: [0; 3],
 };
 
+/// Points in a row of the tree's order whose neighbours are looked for together. A guess.
+const GROUP: usize = 8;
+
 /// A disc of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disc {
@@ -138,7 +141,8 @@ pub struct Prepared {
 /// The most memory that making discs of so many points takes beside the cloud, bytes: a place in the tree with its axis, a fit, a
 /// fate, a disc and its number.
 pub fn prepare_bytes(points: usize) -> u64 {
-    const EACH: usize = size_of::<Place>() + 1 + size_of::<(Disc, f32)>() + 1 + size_of::<Disc>() + 4;
+    const EACH: usize =
+        size_of::<Place>() + 1 + size_of::<(Disc, f32)>() + 1 + size_of::<Disc>() + 4;
     EACH as u64 * points as u64
 }
 
@@ -161,8 +165,8 @@ pub fn prepare_with(cloud: &PointCloud, floating: Floating) -> Result<Prepared, 
     let blocks = fitted.par_chunks_mut(BLOCK).enumerate();
     blocks.for_each(|(block, fits)| {
         let mut fitter = Fitter::new(&tree, cloud);
-        for (fit, slot) in fits.iter_mut().zip(block * BLOCK..) {
-            *fit = fitter.fitted(slot);
+        for (group, fits) in fits.chunks_mut(GROUP).enumerate() {
+            fitter.fit(fits, block * BLOCK + group * GROUP);
         }
     });
     let keep: Vec<Keep> = fitted
@@ -235,8 +239,8 @@ struct Fitter<'a> {
     cloud: &'a PointCloud,
     near: Nearest,
     wide: Nearest,
-    /// The place before this one and the distance of its farthest near neighbour.
-    before: Option<(Vec3, f32)>,
+    /// Places around the group that is worked at.
+    gathered: Gathered,
     /// Offsets of neighbours in the plane.
     flat: [DVec2; MOST_NEIGHBOURS],
 }
@@ -248,37 +252,73 @@ impl<'a> Fitter<'a> {
             cloud,
             near: Nearest::new(),
             wide: Nearest::new(),
-            before: None,
+            gathered: Gathered::default(),
             flat: [DVec2::ZERO; MOST_NEIGHBOURS],
         }
     }
 
-    /// The disc of a place, and its reach: the distance of its farthest near neighbour.
-    fn fitted(&mut self, slot: usize) -> (Disc, f32) {
-        let place = self.tree.places[slot];
-        // The neighbours of the place before are neighbours of this one, farther by the step between them.
-        let bound = self.before.map_or(f32::INFINITY, |(at, reach)| {
-            reach + at.distance(place.at)
-        });
-        self.tree.nearest(place.at, NEAR, bound, &mut self.near);
+    /// Fits the places from slot `first` on, which lie near one another. The neighbours of the first are neighbours of the others,
+    /// farther by the step between them: so far around the group places are gathered once, and all find theirs among them.
+    fn fit(&mut self, fits: &mut [(Disc, f32)], first: usize) {
+        let places = &self.tree.places[first..first + fits.len()];
+        let start = places[0].at;
+        self.tree
+            .nearest(start, NEAR, f32::INFINITY, &mut self.near);
         let squares = self.near.squares();
         let reach = squares[squares.len() - 1].sqrt();
-        self.before = (squares.len() == NEAR).then_some((place.at, reach));
+        let middle = places.iter().map(|place| place.at).sum::<Vec3>() / places.len() as f32;
+        let needed = places
+            .iter()
+            .map(|place| reach + start.distance(place.at) + middle.distance(place.at));
+        let needed = needed.fold(0.0, f32::max);
+        let is_known = squares.len() == NEAR && reach > 0.0;
+        let is_gathered = is_known && self.tree.gather(middle, needed, &mut self.gathered);
+        for ((fit, place), slot) in fits.iter_mut().zip(places).zip(first..) {
+            if slot > first {
+                let bound = if is_known {
+                    reach + start.distance(place.at)
+                } else {
+                    f32::INFINITY
+                };
+                if is_gathered {
+                    self.gathered.nearest(place.at, NEAR, bound, &mut self.near);
+                } else {
+                    self.tree.nearest(place.at, NEAR, bound, &mut self.near);
+                }
+            }
+            *fit = self.fitted(slot);
+        }
+    }
+
+    /// The disc of a place whose near neighbours are found, and its reach: the distance of the farthest of them.
+    fn fitted(&mut self, slot: usize) -> (Disc, f32) {
+        let place = self.tree.places[slot];
+        let squares = self.near.squares();
+        let reach = squares[squares.len() - 1].sqrt();
         let mut plane = plane_of(self.tree, place.at, &self.near);
         let mut has_wide = false;
         if plane.roughness() > ROUGH {
-            self.tree.nearest(place.at, WIDE, f32::INFINITY, &mut self.wide);
+            self.tree
+                .nearest(place.at, WIDE, f32::INFINITY, &mut self.wide);
             has_wide = true;
             let wide = plane_of(self.tree, place.at, &self.wide);
             if wide.roughness() < FLATTER * plane.roughness() {
                 plane = wide;
             }
         }
-        let (spacing, mut edge) = edge_of(self.tree, place.at, &self.near, &plane, None, &mut self.flat);
+        let (spacing, mut edge) = edge_of(
+            self.tree,
+            place.at,
+            &self.near,
+            &plane,
+            None,
+            &mut self.flat,
+        );
         if edge.past < edge.radius {
             // More neighbours tell the end of a surface from a gap between its points.
             if !has_wide {
-                self.tree.nearest(place.at, WIDE, f32::INFINITY, &mut self.wide);
+                self.tree
+                    .nearest(place.at, WIDE, f32::INFINITY, &mut self.wide);
             }
             let (tree, wide) = (self.tree, &self.wide);
             edge = edge_of(tree, place.at, wide, &plane, Some(spacing), &mut self.flat).1;
@@ -374,12 +414,7 @@ fn edge_of(
 }
 
 /// How far a point's cell between its neighbours, whose offsets in the plane are given, and the surface's end goes.
-fn reach_of(
-    near: &Nearest,
-    flat: &[DVec2],
-    (outward, past): (DVec2, f64),
-    spacing: f64,
-) -> f64 {
+fn reach_of(near: &Nearest, flat: &[DVec2], (outward, past): (DVec2, f64), spacing: f64) -> f64 {
     let mut cell = Cell::square(MOST_REACH_SPACINGS * spacing);
     let mut reached = cell.farthest_square();
     for (&neighbour, &square) in flat.iter().zip(near.squares()) {

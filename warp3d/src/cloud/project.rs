@@ -220,7 +220,9 @@ impl<'a> Projector<'a> {
             Shade::Unlit => 1.0,
             Shade::Headlight => AMBIENT + DIFFUSE * single(facing.abs()),
             Shade::Lambert => {
-                let towards = normal.dot(self.light).copysign(normal.dot(self.light) * facing);
+                let towards = normal
+                    .dot(self.light)
+                    .copysign(normal.dot(self.light) * facing);
                 AMBIENT + DIFFUSE * single(towards.max(0.0))
             }
         };
@@ -231,7 +233,8 @@ impl<'a> Projector<'a> {
     fn tolerance(&self, disc: &Disc, sine: f64) -> f64 {
         let stretch = (1.0 / sine).min(MOST_STRETCH);
         let spacings = self.options.depth_tolerance_spacings * stretch;
-        spacings * self.larger * f64::from(disc.spacing) + THICKNESS_SIGMAS * f64::from(disc.thickness)
+        spacings * self.larger * f64::from(disc.spacing)
+            + THICKNESS_SIGMAS * f64::from(disc.thickness)
     }
 
     fn local(&self, middle: DVec3, normal: DVec3) -> Local {

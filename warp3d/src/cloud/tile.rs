@@ -222,8 +222,7 @@ impl TileScratch {
         let (masks, side) = (&mut self.masks, self.sub);
         let whole = u64::MAX >> (64 - side * side);
         // Of the place in a pixel of each column or row of subpixels.
-        let places: [f32; MOST_SUB] =
-            std::array::from_fn(|i| (i as f32 + 0.5) / side as f32 - 0.5);
+        let places: [f32; MOST_SUB] = std::array::from_fn(|i| (i as f32 + 0.5) / side as f32 - 0.5);
         // Subpixels lie up to half a pixel from their pixel's centre.
         for_each_pixel(job, &grown(splat.disc_box), APRON_PX, |slot, centre| {
             if !needed[slot] || masks[slot] == whole {
@@ -250,7 +249,11 @@ impl TileScratch {
                 let mask = self.masks[line + column] >> (row % side * side);
                 for sub in 0..side {
                     let is_covered = mask >> sub & 1 == 1;
-                    sum += if is_covered { self.kernel[block * side + sub] } else { 0.0 };
+                    sum += if is_covered {
+                        self.kernel[block * side + sub]
+                    } else {
+                        0.0
+                    };
                 }
             }
             alpha += self.kernel[row] * sum;

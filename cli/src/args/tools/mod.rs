@@ -7,7 +7,9 @@ use std::path::PathBuf;
 use clap::{Args, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
-use crate::args::{Drawing, PointsArgs, TexmapArgs, VolsplatArgs, VolumeArgs, Warp3dArgs, short_help};
+use crate::args::{
+    Drawing, PointsArgs, TexmapArgs, VolsplatArgs, VolumeArgs, Warp3dArgs, short_help,
+};
 use crate::values;
 use crate::values::input_file::InputFile;
 use crate::values::{Size, input_file};

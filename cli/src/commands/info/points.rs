@@ -63,7 +63,10 @@ impl Facts {
             ("normal", file.normals.is_some()),
             ("radius", file.radii_in_world.is_some()),
         ];
-        all.iter().filter(|(_, has)| *has).map(|(name, _)| *name).collect()
+        all.iter()
+            .filter(|(_, has)| *has)
+            .map(|(name, _)| *name)
+            .collect()
     }
 
     /// Bytes that drawing the scan takes at most.
@@ -166,12 +169,16 @@ fn spacings_around(positions: &[[f32; 3]], centre: Vec3) -> Vec<f32> {
     if count < near.len() {
         near.select_nth_unstable_by(count, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     }
-    let patch = near[..count].iter().map(|&(_, number)| positions[number as usize]);
+    let patch = near[..count]
+        .iter()
+        .map(|&(_, number)| positions[number as usize]);
     let cloud = PointCloud {
         origin_in_world: DVec3::ZERO,
         positions: patch.collect(),
         colours: vec![[0; 3]; count],
     };
-    let discs = prepare(&cloud).map(|prepared| prepared.discs).unwrap_or_default();
+    let discs = prepare(&cloud)
+        .map(|prepared| prepared.discs)
+        .unwrap_or_default();
     discs.iter().map(|disc| disc.spacing).collect()
 }

@@ -13,9 +13,7 @@ use warp3d::args::MethodName;
 use warp3d::cloud::Blend;
 
 use crate::args::{Drawing, OrderName};
-use crate::open::setting::{
-    Choice, Choices, DepthChoice, MeshChoice, PointsChoice, VolumeChoice,
-};
+use crate::open::setting::{Choice, Choices, DepthChoice, MeshChoice, PointsChoice, VolumeChoice};
 
 /// A choice and its rungs.
 struct Ladder {

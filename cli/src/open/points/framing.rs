@@ -95,6 +95,10 @@ mod tests {
         let shown = Shown::of(&prepared);
         assert_eq!(shown.far, 8);
         assert_eq!(shown.bounds[1] - 1e6, DVec3::new(99.0, 99.0, 0.0));
-        assert_eq!(shown.points.len(), 10_000, "a cell is smaller than a spacing");
+        assert_eq!(
+            shown.points.len(),
+            10_000,
+            "a cell is smaller than a spacing"
+        );
     }
 }

@@ -62,7 +62,9 @@ pub(super) fn colour(
             let map = look.colormap.unwrap_or_else(ColourMap::greys);
             spread(renderer, look, (map, 0.0), &value, &mut found);
         }
-        (ColourBy::Class, _, _, Some(all)) => renderer.recolour(|_, point| classes::colour(all[point])),
+        (ColourBy::Class, _, _, Some(all)) => {
+            renderer.recolour(|_, point| classes::colour(all[point]))
+        }
         (ColourBy::Normal, ..) => renderer.recolour(|disc, _| {
             let normal = Vec3::from(disc.normal).abs();
             normal.to_array().map(classes::in_8_bits)
@@ -137,9 +139,7 @@ fn spread(
         None => usual(renderer.prepared(), value),
     };
     let colours: Vec<[u8; 3]> = (0..STEPS)
-        .map(|step| {
-            classes::srgb8(map.colour(f64::from(step) / f64::from(STEPS - 1)))
-        })
+        .map(|step| classes::srgb8(map.colour(f64::from(step) / f64::from(STEPS - 1))))
         .collect();
     let size = if high > low { high - low } else { 1.0 };
     renderer.recolour(|disc, point| {

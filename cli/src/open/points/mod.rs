@@ -130,7 +130,10 @@ impl OpenPoints {
     /// Remarks for the person who looks at the picture.
     fn notes(&self) -> Vec<String> {
         let mut notes = self.scan.file.notes.clone();
-        notes.extend(left_out(self.scan.points, self.renderer.prepared().left_out));
+        notes.extend(left_out(
+            self.scan.points,
+            self.renderer.prepared().left_out,
+        ));
         if self.shown.far > 0 {
             notes.push(format!(
                 "{} points lie far beyond the others: the camera does not move back for them; --crop leaves them out",

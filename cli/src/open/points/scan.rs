@@ -3,16 +3,12 @@
 //! Takes a file or points of memory, gives discs. Positions are handed to the preparation and are gone after it, unless they are
 //! to be prepared again for another part.
 
-use std::path::Path;
-
 use anyhow::{Context, Result, anyhow, bail};
 use glam::{DVec3, Vec3};
 use resample_core::narrow::count;
 use resample_io::Gate;
 use warp3d::cloud::{PointCloud, Prepared, prepare_bytes, prepare_with};
-use warp3d::input::clouds::{
-    CloudFormat, CloudLoadOptions, PointCloudFile, cloud_format_of, load,
-};
+use warp3d::input::clouds::{CloudFormat, CloudLoadOptions, PointCloudFile, cloud_format_of, load};
 
 use crate::args::{PointsArgs, PointsPartArgs};
 
@@ -122,7 +118,8 @@ impl Scan {
             in_box && planes.iter().all(|p| p.normal.dot(at) >= p.offset)
         };
         let numbered = self.file.positions.iter().zip(0..);
-        let inside = numbered.filter_map(|(position, number)| is_inside(position).then_some(number));
+        let inside =
+            numbered.filter_map(|(position, number)| is_inside(position).then_some(number));
         let inside: Vec<u32> = inside.collect();
         if inside.is_empty() {
             let option = if part.crop.is_some() {
@@ -148,10 +145,9 @@ pub(crate) fn load_options(part: &PointsPartArgs, gate: &Gate) -> CloudLoadOptio
 /// The box around all points, world units.
 pub(crate) fn span(file: &PointCloudFile) -> [DVec3; 2] {
     let none = [Vec3::INFINITY, Vec3::NEG_INFINITY];
-    let corners = file
-        .positions
-        .iter()
-        .fold(none, |[low, high], &at| [low.min(at.into()), high.max(at.into())]);
+    let corners = file.positions.iter().fold(none, |[low, high], &at| {
+        [low.min(at.into()), high.max(at.into())]
+    });
     corners.map(|corner| file.origin_in_world + corner.as_dvec3())
 }
 
@@ -170,9 +166,4 @@ pub(crate) fn up_of(format: Option<CloudFormat>) -> DVec3 {
         )
         | None => DVec3::Z,
     }
-}
-
-/// Returns true if a path holds a scan.
-pub(crate) fn is_scan(path: &Path) -> bool {
-    matches!(cloud_format_of(path), Ok(Some(_)))
 }
