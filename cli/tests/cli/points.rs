@@ -19,7 +19,7 @@ fn hill() -> Vec<([f64; 3], [u8; 3], u16, u8)> {
         (
             [x, y, height],
             colour,
-            100 * i as u16 % 6000,
+            (100 * i % 6000) as u16,
             if is_hill { 5 } else { 2 },
         )
     };

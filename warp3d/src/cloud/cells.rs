@@ -53,7 +53,11 @@ impl Tree {
     /// Finds the `wanted` places nearest to `at`, the place itself among them. As many are known to lie within `bound` of it: what
     /// is farther is not looked at.
     pub(crate) fn nearest(&self, at: Vec3, wanted: usize, bound: f32, nearest: &mut Nearest) {
-        nearest.begin(wanted, bound);
+        nearest.wanted = wanted.min(MOST_NEIGHBOURS);
+        nearest.count = 0;
+        // The square of the bound is rounded, and places at the bound itself are wanted.
+        let square = (bound * bound * (1.0 + 1e-5)).max(f32::MIN_POSITIVE);
+        nearest.squares[..nearest.wanted].fill(square);
         self.search(at, [0, self.places.len()], nearest);
     }
 
@@ -81,92 +85,7 @@ impl Tree {
     }
 }
 
-/// Most places that are gathered for a group: beyond it, one search for each is quicker. A guess.
-const MOST_GATHERED: usize = 400;
-
-/// Places around a group of places, among which each finds its neighbours.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Gathered {
-    /// Coordinates along each axis, in the tree's order.
-    along: [Vec<f32>; 3],
-    slots: Vec<u32>,
-    squares: Vec<f32>,
-}
-
-impl Tree {
-    /// Gathers all places within `radius` of `middle`; false where they are too many.
-    pub(crate) fn gather(&self, middle: Vec3, radius: f32, to: &mut Gathered) -> bool {
-        to.along.iter_mut().for_each(Vec::clear);
-        to.slots.clear();
-        // Both roundings of a square together are far less.
-        let square = radius * radius * (1.0 + 1e-5);
-        self.gather_from((middle, square), [0, self.places.len()], to)
-    }
-
-    fn gather_from(
-        &self,
-        (middle, square): (Vec3, f32),
-        [first, end]: [usize; 2],
-        to: &mut Gathered,
-    ) -> bool {
-        if end - first <= LEAF {
-            for (place, slot) in self.places[first..end].iter().zip(first..) {
-                if place.at.distance_squared(middle) <= square {
-                    to.push(place.at, slot);
-                }
-            }
-            return to.slots.len() <= MOST_GATHERED;
-        }
-        let split = usize::midpoint(first, end);
-        let place = self.places[split].at;
-        let axis = usize::from(self.axes[split]);
-        let beyond = middle[axis] - place[axis];
-        let reaches = beyond * beyond <= square;
-        let ball = (middle, square);
-        if (beyond < 0.0 || reaches) && !self.gather_from(ball, [first, split], to) {
-            return false;
-        }
-        if place.distance_squared(middle) <= square {
-            to.push(place, split);
-        }
-        (beyond < 0.0 && !reaches) || self.gather_from(ball, [split + 1, end], to)
-    }
-}
-
-impl Gathered {
-    fn push(&mut self, at: Vec3, slot: usize) {
-        for (along, part) in self.along.iter_mut().zip(at.to_array()) {
-            along.push(part);
-        }
-        self.slots.push(slot as u32);
-    }
-
-    /// As [`Tree::nearest`], among the gathered places.
-    pub(crate) fn nearest(&mut self, at: Vec3, wanted: usize, bound: f32, nearest: &mut Nearest) {
-        nearest.begin(wanted, bound);
-        let [x, y, z] = &self.along;
-        self.squares.clear();
-        let pairs = x.iter().zip(y).zip(z);
-        self.squares.extend(pairs.map(|((x, y), z)| {
-            let (x, y, z) = (x - at.x, y - at.y, z - at.z);
-            x * x + y * y + z * z
-        }));
-        for (&square, &slot) in self.squares.iter().zip(&self.slots) {
-            nearest.offer(square, slot as usize);
-        }
-    }
-}
-
 impl Nearest {
-    /// Forgets the neighbours; `wanted` are known to lie within `bound`.
-    fn begin(&mut self, wanted: usize, bound: f32) {
-        self.wanted = wanted.min(MOST_NEIGHBOURS);
-        self.count = 0;
-        // The square of the bound is rounded, and places at the bound itself are wanted.
-        let square = (bound * bound * (1.0 + 1e-5)).max(f32::MIN_POSITIVE);
-        self.squares[..self.wanted].fill(square);
-    }
-
     /// The slots of the places in the tree's order, nearest first.
     pub(crate) fn slots(&self) -> &[u32] {
         &self.slots[..self.count]

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use resample_core::narrow::{count, single};
 
 use crate::Error;
-use crate::cloud::cells::{Gathered, MOST_NEIGHBOURS, Nearest, Place, Tree};
+use crate::cloud::cells::{MOST_NEIGHBOURS, Nearest, Place, Tree};
 use crate::cloud::fit::{Plane, plane};
 use crate::cloud::points::PointCloud;
 use crate::cloud::voronoi::Cell;
@@ -63,7 +63,7 @@ const BLOCK: usize = 256;
 
 /// Thickness against width of the points around one: below the first they are a surface or its edge, above the second they fill a
 /// volume. A box has 0.45 at its edges; a tree's leaves 0.6 to 0.9.
-const FILLED: [f64; 2] = [0.5, 0.75];
+const FILLED: [f64; 2] = [0.45, 0.65];
 
 /// Discs reach at most so many times as far as those of nearly all points: a few far points of a sweeping scanner would hide the
 /// scene. A guess.
@@ -82,9 +82,6 @@ const NO_DISC: Disc = Disc {
     thickness: 0.0,
     colour: [0; 3],
 };
-
-/// Points in a row of the tree's order whose neighbours are looked for together. A guess.
-const GROUP: usize = 8;
 
 /// A disc of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -165,8 +162,8 @@ pub fn prepare_with(cloud: &PointCloud, floating: Floating) -> Result<Prepared, 
     let blocks = fitted.par_chunks_mut(BLOCK).enumerate();
     blocks.for_each(|(block, fits)| {
         let mut fitter = Fitter::new(&tree, cloud);
-        for (group, fits) in fits.chunks_mut(GROUP).enumerate() {
-            fitter.fit(fits, block * BLOCK + group * GROUP);
+        for (fit, slot) in fits.iter_mut().zip(block * BLOCK..) {
+            *fit = fitter.fitted(slot);
         }
     });
     let keep: Vec<Keep> = fitted
@@ -239,8 +236,8 @@ struct Fitter<'a> {
     cloud: &'a PointCloud,
     near: Nearest,
     wide: Nearest,
-    /// Places around the group that is worked at.
-    gathered: Gathered,
+    /// The place before this one and the distance of its farthest near neighbour.
+    before: Option<(Vec3, f32)>,
     /// Offsets of neighbours in the plane.
     flat: [DVec2; MOST_NEIGHBOURS],
 }
@@ -252,49 +249,22 @@ impl<'a> Fitter<'a> {
             cloud,
             near: Nearest::new(),
             wide: Nearest::new(),
-            gathered: Gathered::default(),
+            before: None,
             flat: [DVec2::ZERO; MOST_NEIGHBOURS],
         }
     }
 
-    /// Fits the places from slot `first` on, which lie near one another. The neighbours of the first are neighbours of the others,
-    /// farther by the step between them: so far around the group places are gathered once, and all find theirs among them.
-    fn fit(&mut self, fits: &mut [(Disc, f32)], first: usize) {
-        let places = &self.tree.places[first..first + fits.len()];
-        let start = places[0].at;
-        self.tree
-            .nearest(start, NEAR, f32::INFINITY, &mut self.near);
-        let squares = self.near.squares();
-        let reach = squares[squares.len() - 1].sqrt();
-        let middle = places.iter().map(|place| place.at).sum::<Vec3>() / places.len() as f32;
-        let needed = places
-            .iter()
-            .map(|place| reach + start.distance(place.at) + middle.distance(place.at));
-        let needed = needed.fold(0.0, f32::max);
-        let is_known = squares.len() == NEAR && reach > 0.0;
-        let is_gathered = is_known && self.tree.gather(middle, needed, &mut self.gathered);
-        for ((fit, place), slot) in fits.iter_mut().zip(places).zip(first..) {
-            if slot > first {
-                let bound = if is_known {
-                    reach + start.distance(place.at)
-                } else {
-                    f32::INFINITY
-                };
-                if is_gathered {
-                    self.gathered.nearest(place.at, NEAR, bound, &mut self.near);
-                } else {
-                    self.tree.nearest(place.at, NEAR, bound, &mut self.near);
-                }
-            }
-            *fit = self.fitted(slot);
-        }
-    }
-
-    /// The disc of a place whose near neighbours are found, and its reach: the distance of the farthest of them.
+    /// The disc of a place, and its reach: the distance of its farthest near neighbour.
     fn fitted(&mut self, slot: usize) -> (Disc, f32) {
         let place = self.tree.places[slot];
+        // The neighbours of the place before are neighbours of this one, farther by the step between them.
+        let bound = self
+            .before
+            .map_or(f32::INFINITY, |(at, reach)| reach + at.distance(place.at));
+        self.tree.nearest(place.at, NEAR, bound, &mut self.near);
         let squares = self.near.squares();
         let reach = squares[squares.len() - 1].sqrt();
+        self.before = (squares.len() == NEAR).then_some((place.at, reach));
         let mut plane = plane_of(self.tree, place.at, &self.near);
         let mut has_wide = false;
         if plane.roughness() > ROUGH {
