@@ -169,7 +169,7 @@ impl PointsRenderArgs {
         self.options(shade, light).validate().is_ok()
     }
 
-    /// The renderer's options, with the light of a scene where none is typed.
+    /// The renderer's options, with the light of a scene in place of one that is not typed.
     pub(crate) fn options(&self, shade: Shade, light: DVec3) -> CloudOptions {
         CloudOptions {
             blend: self.blend,

@@ -1,4 +1,4 @@
-//! What a picture of points has to show: a box that a few far points do not blow up, and some points that stand for all.
+//! The part of the points that a picture has to show: a box that a few far points do not blow up, and some points that stand for all.
 
 use glam::{DVec3, Vec3};
 use resample_core::narrow::count;
@@ -13,7 +13,7 @@ const FAR: f32 = 0.5;
 /// Cells along the longest side, of each of which one point stands for all: a cell is less than two pixels of a picture of 200.
 const CELLS: f32 = 128.0;
 
-/// What a picture shows.
+/// The part that a picture shows.
 pub(super) struct Shown {
     /// Two corners of the box, world units.
     pub(super) bounds: [DVec3; 2],
