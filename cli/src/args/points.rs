@@ -12,9 +12,9 @@ use warp3d::cloud::{Blend, CloudOptions, Floating, Shade};
 use warp3d::input::clouds::PointCloudFile;
 
 use super::{AskArgs, CameraArgs, Given, PictureArgs, ReadingArgs, SequenceArgs};
-use crate::values;
 use crate::values::input_file;
 use crate::values::input_file::{InputFile, Source};
+use crate::values::{self, Axis};
 
 /// Options of `resample points`.
 #[derive(Args, Clone, Debug, Default)]
@@ -101,6 +101,9 @@ pub struct PointsLookArgs {
     /// Heights or intensities at the ends of the colour map [default: those that 2 % of the points lie below and above]
     #[arg(long, alias = "colour-range", value_name = "LOW,HIGH", value_parser = values::ascending, allow_hyphen_values = true)]
     pub color_range: Option<[f64; 2]>,
+    /// Axis along which heights are counted, and above which the light of lambert shading stands [default: the one that points up]
+    #[arg(long, value_name = "AXIS", value_parser = values::axis, allow_hyphen_values = true)]
+    pub height_axis: Option<Axis>,
 }
 
 /// Where colours of points come from.

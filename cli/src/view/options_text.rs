@@ -213,14 +213,20 @@ impl Words {
     fn kept(&self, changes: &Changes, files: &Files) -> Vec<String> {
         let has_look =
             files.transfer.is_some() || changes.keys().any(|name| LOOKS.contains(&name.as_str()));
-        self.typed.words(|name| {
+        let mut words = self.typed.words(|name| {
             OWN.contains(&name)
                 || REPLACED.contains(&name)
                 || changes.contains_key(name)
                 || (self.application == Application::Volume && is_overridden(name, changes))
                 || (has_look && LOOKS.contains(&name))
                 || (files.labels.is_some() && name == "label-colours")
-        })
+        });
+        // The page's camera replaces the axis that was typed; the heights of points are still counted along it.
+        if self.application == Application::Points && !self.typed.has("height-axis") {
+            let up = self.typed.words(|name| name != "up").into_iter().nth(1);
+            words.extend(up.map(|axis| format!("--height-axis={axis}")));
+        }
+        words
     }
 
     fn parsed(&self, matches: &ArgMatches) -> Result<Drawing, clap::Error> {

@@ -52,7 +52,7 @@ fn xyz() -> String {
         .collect()
 }
 
-fn bench() -> Bench {
+pub(super) fn bench() -> Bench {
     let bench = Bench::new();
     bench.write("hill.ply", ply().as_bytes());
     bench.write("hill.dat", xyz().as_bytes());

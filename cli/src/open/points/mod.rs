@@ -97,7 +97,7 @@ impl OpenPoints {
 
     /// The renderer's options.
     fn options(&self, render: &PointsRenderArgs) -> CloudOptions {
-        let Stance { up, right } = stance(&self.args, &self.scan);
+        let Stance { up, right } = Stance::upright(height_axis(&self.args, &self.scan));
         // From above, from the right and from the front, as meshes have it.
         let light = up + 0.4 * right + 0.6 * right.cross(up);
         render.options(self.found.shade(), light)
@@ -108,7 +108,7 @@ impl OpenPoints {
         let is_same_part = self.args.part == args.part;
         self.args = args;
         if is_same_part {
-            let up = stance(&self.args, &self.scan).up;
+            let up = height_axis(&self.args, &self.scan);
             let (look, file) = (&self.args.look, &self.scan.file);
             self.found = look::colour(&mut self.renderer, look, file, up)?;
         } else {
@@ -299,7 +299,7 @@ fn prepared(
     let discs = scan.prepared(args, plan.gate(), positions)?;
     let shown = Shown::of(&discs);
     let mut renderer = CloudRenderer::new(discs, &plain_options(&args.render.options))?;
-    let up = stance(args, scan).up;
+    let up = height_axis(args, scan);
     let found = look::colour(&mut renderer, &args.look, &scan.file, up)?;
     Ok((renderer, shown, found))
 }
@@ -313,6 +313,12 @@ fn plain_options(render: &PointsRenderArgs) -> CloudOptions {
 fn stance(args: &PointsArgs, scan: &Scan) -> Stance {
     let usual = scan::up_of(scan.format);
     Stance::upright(args.camera.up.map_or(usual, |axis| axis.direction))
+}
+
+/// The direction in which heights grow. It may differ from that of the picture, which a camera file gives.
+fn height_axis(args: &PointsArgs, scan: &Scan) -> DVec3 {
+    let typed = args.look.height_axis;
+    typed.map_or(stance(args, scan).up, |axis| axis.direction)
 }
 
 /// Says how many points got no disc.
