@@ -58,6 +58,13 @@ const BORDER_SPACINGS: f64 = 0.05;
 /// a scan's spacing changes little within 12 points.
 const FAR_REACHES: f32 = 1.6;
 
+/// Points that fill a volume this many times more thinly than nearly all others float: dust, birds, mixed pixels that are one
+/// another's neighbours. A sparse surface is far from a scanner, and stays. A guess.
+const THIN_REACHES: f32 = 3.0;
+
+/// Thickness over reach above which points fill a volume: 0.45 in a ball in the mean, but a dozen points at random may lie flatter.
+const FILLED_PART: f32 = 0.12;
+
 /// Points in a row of the tree's order whose reaches are compared, to look for far points only where one may be.
 const BLOCK: usize = 256;
 
@@ -69,7 +76,7 @@ const FILLED: [f64; 2] = [0.45, 0.65];
 /// scene. A guess.
 const LARGEST: f32 = 3.0;
 
-/// The share of the discs that are not among the largest. A guess.
+/// The share of the points that are not among the sparsest. A guess.
 const USUAL_SHARE: f64 = 0.95;
 
 /// In place of a disc that is not made yet.
@@ -166,10 +173,12 @@ pub fn prepare_with(cloud: &PointCloud, floating: Floating) -> Result<Prepared, 
             *fit = fitter.fitted(slot);
         }
     });
+    let reaches = fitted.iter().map(|(_, reach)| *reach);
+    let thin = THIN_REACHES * usual_most(reaches.collect());
     let keep: Vec<Keep> = fitted
         .par_chunks(BLOCK)
         .enumerate()
-        .flat_map_iter(|(block, discs)| kept(&tree, &fitted, discs, block * BLOCK))
+        .flat_map_iter(|(block, discs)| kept(&tree, (&fitted, thin), discs, block * BLOCK))
         .collect();
     let counted = |what| keep.par_iter().filter(|&&k| k == what).count() as u64;
     let has_disc = |keep: Keep| match (keep, floating) {
@@ -199,14 +208,18 @@ pub fn prepare_with(cloud: &PointCloud, floating: Floating) -> Result<Prepared, 
     })
 }
 
+/// The value that nearly all others stay below; 0 where there is no value.
+fn usual_most(mut values: Vec<f32>) -> f32 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let place = count((USUAL_SHARE * (values.len() - 1) as f64) as u64);
+    *values.select_nth_unstable_by(place, f32::total_cmp).1
+}
+
 /// Makes the largest discs smaller.
 fn limit(discs: &mut [Disc]) {
-    let mut radii: Vec<f32> = discs.iter().map(|disc| disc.radius).collect();
-    if radii.is_empty() {
-        return;
-    }
-    let place = count((USUAL_SHARE * (radii.len() - 1) as f64) as u64);
-    let usual = *radii.select_nth_unstable_by(place, f32::total_cmp).1;
+    let usual = usual_most(discs.iter().map(|disc| disc.radius).collect());
     for disc in discs {
         let part = (LARGEST * usual / disc.radius).min(1.0);
         disc.radius *= part;
@@ -402,19 +415,21 @@ fn reach_of(near: &Nearest, flat: &[DVec2], (outward, past): (DVec2, f64), spaci
     REACH_MARGIN * cell.farthest_square().sqrt()
 }
 
-/// The fates of the points of a block, whose first one has this slot.
+/// The fates of the points of a block, whose first one has this slot. `thin` is the reach beyond which points that fill a volume float.
 fn kept<'a>(
     tree: &'a Tree,
-    all: &'a [(Disc, f32)],
+    (all, thin): (&'a [(Disc, f32)], f32),
     block: &'a [(Disc, f32)],
     first: usize,
 ) -> impl Iterator<Item = Keep> + 'a {
     let mut reaches: Vec<f32> = block.iter().map(|(_, reach)| *reach).collect();
     let middle = reaches.len() / 2;
     let usual = *reaches.select_nth_unstable_by(middle, f32::total_cmp).1;
-    let judge = move |(i, &(_, reach)): (usize, &(Disc, f32))| {
+    let judge = move |(i, &(disc, reach)): (usize, &(Disc, f32))| {
         if !(reach > 0.0) {
             Keep::WithoutSpacing
+        } else if reach > thin && disc.thickness > FILLED_PART * reach {
+            Keep::Isolated
         } else if reach > FAR_REACHES * usual && is_far(tree, all, first + i) {
             Keep::Isolated
         } else {
