@@ -283,6 +283,7 @@ fn bad_scans_are_refused_in_a_line() {
         ("points hill.ply --subpixels 3", "sub-pixels"),
         ("points hill.ply --max-memory 1K", "--points N"),
         ("points nothing.las", "nothing.las"),
+        ("points hill.ply#1", "scans are read whole"),
     ] {
         let output = bench.run(&format!("{words} -o out/a.png"));
         assert_eq!(

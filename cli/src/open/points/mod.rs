@@ -55,6 +55,12 @@ impl OpenPoints {
         let start = Instant::now();
         let plan = Plan::new(&request(&args))?;
         plain_options(&args.render.options).validate()?;
+        if let Some(part) = &args.input.part {
+            let path = args.input.path.display();
+            bail!(
+                "{path}#{part}: scans are read whole: leave #{part} out, or choose points by --crop"
+            );
+        }
         let mut scan = Scan::read(&args, plan.gate())?;
         let load_ms = report::ms_since(start);
         let positions = match purpose {
