@@ -425,12 +425,14 @@ fn kept<'a>(
     let mut reaches: Vec<f32> = block.iter().map(|(_, reach)| *reach).collect();
     let middle = reaches.len() / 2;
     let usual = *reaches.select_nth_unstable_by(middle, f32::total_cmp).1;
+    let floats = move |disc: &Disc, reach: f32, slot: usize| {
+        let is_dust = reach > thin && disc.thickness > FILLED_PART * reach;
+        is_dust || (reach > FAR_REACHES * usual && is_far(tree, all, slot))
+    };
     let judge = move |(i, &(disc, reach)): (usize, &(Disc, f32))| {
         if !(reach > 0.0) {
             Keep::WithoutSpacing
-        } else if reach > thin && disc.thickness > FILLED_PART * reach {
-            Keep::Isolated
-        } else if reach > FAR_REACHES * usual && is_far(tree, all, first + i) {
+        } else if floats(&disc, reach, first + i) {
             Keep::Isolated
         } else {
             Keep::Kept
