@@ -25,6 +25,7 @@ pub(crate) type Named = (String, Vec<OsString>);
 pub(crate) fn application(name: &str) -> PyResult<Application> {
     let all = [
         Application::Volume,
+        Application::Gaussians,
         Application::Mesh,
         Application::Depth,
         Application::Points,

@@ -46,7 +46,9 @@ pub mod gaussians;
 pub mod stats;
 
 pub use field::Layer;
-pub use gaussians::{GaussianOptions, GaussianRenderer, PixelSamples};
+pub use gaussians::{
+    GaussianLayer, GaussianModel, GaussianOptions, GaussianRenderer, PixelSamples,
+};
 pub use large::LargeVolume;
 pub use look::clip::{Clip, ClipPlane};
 pub use look::options::{
@@ -60,11 +62,15 @@ pub use paper::samples::sample::Samples;
 pub use render::{Frame, Renderer};
 pub use resample_core::Reuse;
 pub use resample_core::clock::StageTime;
+#[cfg(feature = "input")]
+pub use resample_volume::gaussians::{gaussian_format_of, is_gaussians, load as load_gaussians};
 pub use resample_volume::{
     BlendSpace, Described, Endian, Error, Gaussian, Gaussians, Histogram, LabelLook, LabelTable,
     Lattice, Modality, NanPolicy, Volume, VoxelType, Voxels, Watch, error, labels, procedural,
     volume,
 };
 #[cfg(feature = "input")]
-pub use resample_volume::{LoadOptions, RawOptions, input, load, load_components};
+pub use resample_volume::{
+    GaussianFormat, GaussianLoadOptions, LoadOptions, RawOptions, input, load, load_components,
+};
 pub use stats::{FrameStats, StageTimes};

@@ -6,8 +6,8 @@ use anyhow::{Result, bail};
 use clap::Subcommand;
 
 use super::{
-    AskArgs, Goes, PartArgs, PictureArgs, PointsArgs, TexmapArgs, VolsplatArgs, Warp3dArgs,
-    short_help,
+    AskArgs, GaussiansArgs, Goes, PartArgs, PictureArgs, PointsArgs, TexmapArgs, VolsplatArgs,
+    Warp3dArgs, short_help,
 };
 use crate::values::input_file::{Held, Source};
 
@@ -24,6 +24,11 @@ pub enum Drawing {
     /// Example: resample volsplat engine.raw --dims 256,256,128 --type u8 -o engine.png
     #[command(mut_args(short_help::volsplat))]
     Volsplat(Box<VolsplatArgs>),
+    /// Draw a file of 3-D Gaussians from one or several cameras
+    ///
+    /// Example: resample gaussians garden.ply -o garden.png
+    #[command(mut_args(short_help::gaussians))]
+    Gaussians(Box<GaussiansArgs>),
     /// Render an image with a depth map from a new viewpoint
     ///
     /// Example: resample warp3d im0.png disp0.pfm --depth-kind disparity --from calib.txt#0 --to calib.txt#1 -o new.png
@@ -42,6 +47,7 @@ impl Drawing {
         match self {
             Self::Texmap(_) => "texmap",
             Self::Volsplat(_) => "volsplat",
+            Self::Gaussians(_) => "gaussians",
             Self::Warp3d(_) => "warp3d",
             Self::Points(_) => "points",
         }
@@ -52,6 +58,7 @@ impl Drawing {
         match self {
             Self::Texmap(args) => &args.ask,
             Self::Volsplat(args) => &args.ask,
+            Self::Gaussians(args) => &args.ask,
             Self::Warp3d(args) => &args.ask,
             Self::Points(args) => &args.ask,
         }
@@ -62,6 +69,7 @@ impl Drawing {
         match self {
             Self::Texmap(args) => &mut args.ask,
             Self::Volsplat(args) => &mut args.ask,
+            Self::Gaussians(args) => &mut args.ask,
             Self::Warp3d(args) => &mut args.ask,
             Self::Points(args) => &mut args.ask,
         }
@@ -72,6 +80,7 @@ impl Drawing {
         match self {
             Self::Texmap(args) => args.sequence.resume,
             Self::Volsplat(args) => args.sequence.resume,
+            Self::Gaussians(args) => args.sequence.resume,
             Self::Warp3d(args) => args.sequence.resume,
             Self::Points(args) => args.sequence.resume,
         }
@@ -82,6 +91,7 @@ impl Drawing {
         match self {
             Self::Texmap(args) => args.sequence.part,
             Self::Volsplat(args) => args.sequence.part,
+            Self::Gaussians(args) => args.sequence.part,
             Self::Warp3d(args) => args.sequence.part,
             Self::Points(args) => args.sequence.part,
         }
@@ -108,6 +118,9 @@ impl Drawing {
     pub fn hold(&mut self, held: &Held) {
         match (self, held) {
             (Self::Volsplat(args), Held::Volumes(held)) => {
+                args.source = Source::Memory(held.clone());
+            }
+            (Self::Gaussians(args), Held::Gaussians(held)) => {
                 args.source = Source::Memory(held.clone());
             }
             (Self::Texmap(args), Held::Mesh(held)) => args.source = Source::Memory(held.clone()),
@@ -139,6 +152,7 @@ impl Drawing {
         let output = match self {
             Self::Texmap(args) => &mut args.output,
             Self::Volsplat(args) => &mut args.output,
+            Self::Gaussians(args) => &mut args.output,
             Self::Warp3d(args) => &mut args.output,
             Self::Points(args) => &mut args.output,
         };
@@ -149,6 +163,7 @@ impl Drawing {
         match self {
             Self::Texmap(args) => &mut args.picture,
             Self::Volsplat(args) => &mut args.picture,
+            Self::Gaussians(args) => &mut args.picture,
             Self::Warp3d(args) => &mut args.picture,
             Self::Points(args) => &mut args.picture,
         }

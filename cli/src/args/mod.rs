@@ -21,6 +21,7 @@ use crate::values::input_file::{HeldVolumes, InputFile, Source};
 use crate::values::{self, Axis, BackgroundWord, Orbit, Size, input_file};
 
 mod drawing;
+mod gaussians;
 mod given;
 mod points;
 mod sequence;
@@ -35,6 +36,7 @@ pub use crate::args::tools::{
     InfoArgs, JoinArgs, ManArgs, SceneArg, ServeArgs, TradeArgs, TradeOptions, ViewArgs,
 };
 pub use drawing::Drawing;
+pub use gaussians::{GaussianClipArgs, GaussianRenderArgs, GaussiansArgs};
 pub use given::{Given, names_of};
 pub use points::{ColourBy, PointsArgs, PointsLookArgs, PointsPartArgs, PointsRenderArgs};
 pub use sequence::SequenceArgs;
@@ -68,7 +70,7 @@ pub struct Cli {
 pub enum Command {
     /// Draw built-in scenes of every kind on one page: needs no file, takes seconds
     Demo(DemoArgs),
-    /// Describe a volume, a mesh, a scan, a picture or a depth image, and name the command that draws it
+    /// Describe a volume, 3-D Gaussians, a mesh, a scan, a picture or a depth image, and name the command that draws it
     ///
     /// Example: resample info head.nii.gz
     Info(InfoArgs),
@@ -125,7 +127,7 @@ pub struct VolsplatArgs {
     /// The format is detected by the content: NRRD, MetaImage, NIfTI, MGH, NumPy .npy, VTK .vti and .vtk, TIFF stacks, slices in PNG
     /// or JPEG, DICOM or OME-Zarr. A file without a known header is raw and needs --dims and --type. Parts are series=UID (DICOM),
     /// array=NAME (VTK), component=N, time=N (NIfTI, MGH, OME-Zarr) and level=N (OME-Zarr), counted from 0 and separated by
-    /// commas: image.zarr#level=2,time=5.
+    /// commas: image.zarr#level=2,time=5. A file of 3-D Gaussians is drawn as by `resample gaussians`, whose options it then has.
     #[arg(value_name = "VOLUME[#PART]", value_parser = input_file::parser())]
     pub input: InputFile,
     /// Picture to write, .png, .jpg or .exr, or - for the standard output; a pattern such as %04d is replaced by the number of the picture
@@ -183,7 +185,7 @@ pub struct CameraArgs {
     /// Vertical field of view in degrees, where no camera file gives one
     #[arg(long, value_name = "DEG", value_parser = values::field_of_view, default_value = "30")]
     pub fov: f64,
-    /// World axis that points up in the picture [default: as stored in the file, else y]
+    /// World axis that points up in the picture [default: as stored in the file, else y; of Gaussians in PLY, .splat and SOG -y]
     #[arg(long, value_name = "AXIS", value_parser = values::axis, allow_hyphen_values = true)]
     pub up: Option<Axis>,
     /// Perspective or parallel view

@@ -28,6 +28,27 @@ const VOLSPLAT: &[&str] = &[
     "background",
 ];
 
+const GAUSSIANS: &[&str] = &[
+    "input",
+    "output",
+    "camera",
+    "orbit",
+    "fov",
+    "up",
+    "size",
+    "turntable",
+    "path",
+    "crop",
+    "clip_plane",
+    "slab_error",
+    "model",
+    "samples",
+    "layers",
+    "max_error",
+    "max_time_ms",
+    "background",
+];
+
 const TEXMAP: &[&str] = &[
     "input",
     "output",
@@ -117,6 +138,11 @@ pub(super) fn volsplat(arg: Arg) -> Arg {
     brief(arg, VOLSPLAT)
 }
 
+/// As `-h` shows it for Gaussians.
+pub(super) fn gaussians(arg: Arg) -> Arg {
+    brief(arg, GAUSSIANS)
+}
+
 /// As `-h` shows it for meshes.
 pub(super) fn texmap(arg: Arg) -> Arg {
     brief(arg, TEXMAP)
@@ -160,6 +186,7 @@ mod tests {
         let command = Cli::command();
         for (name, shown) in [
             ("volsplat", VOLSPLAT),
+            ("gaussians", GAUSSIANS),
             ("texmap", TEXMAP),
             ("warp3d", WARP3D),
             ("points", POINTS),

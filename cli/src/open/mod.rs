@@ -1,11 +1,12 @@
 //! A scene whose files are read: drawn under one setting after another, and at last to its files.
 //!
-//! `open_scene` is the face of the applications (`volume`, `mesh`, `depth`, `points`), each of which has a folder; a `setting` holds the
+//! `open_scene` is the face of the applications (`volume`, `gaussians`, `mesh`, `depth`, `points`), each of which has a folder; a `setting` holds the
 //! options of an opened scene. [`volume()`] and [`mesh()`] make scenes of data in memory.
 
 pub mod setting;
 pub(crate) mod open_scene;
 pub(crate) mod volume;
+pub(crate) mod gaussians;
 pub(crate) mod mesh;
 pub(crate) mod depth;
 pub(crate) mod points;
@@ -21,6 +22,7 @@ use volsplat::{Lattice, Volume, Voxels};
 
 use crate::args::{Drawing, TexmapArgs, VolsplatArgs};
 use crate::open::depth::OpenDepth;
+use crate::open::gaussians::OpenGaussians;
 use crate::open::mesh::{OpenMesh, load_options};
 use crate::open::open_scene::{OpenScene, Probed};
 use crate::open::points::OpenPoints;
@@ -45,6 +47,7 @@ impl Opened {
             scene: match drawing {
                 Drawing::Texmap(args) => Box::new(OpenMesh::read(*args, verbosity)?),
                 Drawing::Volsplat(args) => Box::new(OpenVolume::read(*args, purpose, verbosity)?),
+                Drawing::Gaussians(args) => Box::new(OpenGaussians::read(*args, verbosity)?),
                 Drawing::Warp3d(args) => Box::new(OpenDepth::read(*args, purpose, verbosity)?),
                 Drawing::Points(args) => Box::new(OpenPoints::read(*args, purpose, verbosity)?),
             },

@@ -1,6 +1,6 @@
-//! The face of a scene whose files are read: all that the commands ask of the three applications.
+//! The face of a scene whose files are read: all that the commands ask of what is drawn.
 //!
-//! A fourth application implements [`OpenScene`], and is read in [`super::Opened::read`].
+//! A further kind of scene implements [`OpenScene`], and is read in [`super::Opened::read`].
 
 use std::any::Any;
 

@@ -6,13 +6,13 @@
 
 use anyhow::{Result, bail};
 use resample_core::{FootprintMode, KernelShape, SelectMode};
-use volsplat::{Cells, Classify, Interpolate, Subpixels};
+use volsplat::{Cells, Classify, Interpolate, PixelSamples, Subpixels};
 use warp3d::args::MethodName;
 use warp3d::cloud::Blend;
 use warp3d::{Fill, Visibility, WarpArgs};
 
 use crate::args::volume::order;
-use crate::args::{Drawing, Given, OrderName, PointsRenderArgs, RenderArgs};
+use crate::args::{Drawing, GaussianRenderArgs, Given, OrderName, PointsRenderArgs, RenderArgs};
 use crate::values::{cells_word, word};
 
 /// All options of how one application draws, and which of them are given.
@@ -20,6 +20,8 @@ use crate::values::{cells_word, word};
 pub enum Setting {
     /// A volume's.
     Volume(Box<Given<RenderArgs>>),
+    /// Those of Gaussians.
+    Gaussians(Given<GaussianRenderArgs>),
     /// A mesh's.
     Mesh(Given<texmap::RenderOptions>),
     /// Those of a picture with depth.
@@ -33,6 +35,8 @@ pub enum Setting {
 pub enum Choice {
     /// An option of a volume.
     Volume(VolumeChoice),
+    /// An option of Gaussians.
+    Gaussians(GaussianChoice),
     /// An option of a mesh.
     Mesh(MeshChoice),
     /// An option of a picture with depth.
@@ -66,6 +70,17 @@ pub enum VolumeChoice {
     Classify(Classify),
     /// `--interpolate`.
     Interpolate(Interpolate),
+}
+
+/// One option of Gaussians, set to a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum GaussianChoice {
+    /// `--slab-error`.
+    SlabError(f32),
+    /// `--samples`.
+    Samples(PixelSamples),
+    /// `--min-transmittance`.
+    MinTransmittance(f32),
 }
 
 /// One option of a mesh, set to a value.
@@ -113,6 +128,12 @@ impl From<VolumeChoice> for Choice {
     }
 }
 
+impl From<GaussianChoice> for Choice {
+    fn from(choice: GaussianChoice) -> Self {
+        Self::Gaussians(choice)
+    }
+}
+
 impl From<MeshChoice> for Choice {
     fn from(choice: MeshChoice) -> Self {
         Self::Mesh(choice)
@@ -136,6 +157,7 @@ impl Choice {
     fn name_and_word(&self) -> (&'static str, String) {
         match self {
             Self::Volume(choice) => choice.name_and_word(),
+            Self::Gaussians(choice) => choice.name_and_word(),
             Self::Mesh(MeshChoice::Method(method)) => ("method", word(*method)),
             Self::Mesh(MeshChoice::Subpixels(count)) => ("subpixels", count.to_string()),
             Self::Depth(DepthChoice::Method(method)) => ("method", word(*method)),
@@ -180,6 +202,24 @@ impl VolumeChoice {
             Self::Cells(cells) => args.cells = cells,
             Self::Classify(when) => args.sheets.classify = when,
             Self::Interpolate(on) => args.sheets.interpolate = on,
+        }
+    }
+}
+
+impl GaussianChoice {
+    fn name_and_word(&self) -> (&'static str, String) {
+        match self {
+            Self::SlabError(error) => ("slab-error", error.to_string()),
+            Self::Samples(samples) => ("samples", word(*samples)),
+            Self::MinTransmittance(least) => ("min-transmittance", least.to_string()),
+        }
+    }
+
+    fn apply(self, args: &mut GaussianRenderArgs) {
+        match self {
+            Self::SlabError(error) => args.slab_error = error,
+            Self::Samples(samples) => args.samples = samples,
+            Self::MinTransmittance(least) => args.min_transmittance = least,
         }
     }
 }
@@ -278,6 +318,9 @@ impl Setting {
                 (Self::Volume(own), Choice::Volume(choice)) => {
                     own.set(name, word, |args| choice.apply(args));
                 }
+                (Self::Gaussians(own), Choice::Gaussians(choice)) => {
+                    own.set(name, word, |args| choice.apply(args));
+                }
                 (Self::Mesh(own), Choice::Mesh(choice)) => {
                     own.set(name, word, |options| choice.apply(options));
                 }
@@ -297,6 +340,8 @@ impl Setting {
     pub fn is_legal(&self) -> bool {
         match self {
             Self::Volume(given) => order::order(given).is_ok(),
+            // Each option has a range of its own, and they fit one another.
+            Self::Gaussians(_) => true,
             Self::Mesh(given) => given.options.validate().is_ok(),
             Self::Depth(given) => given.options.options().is_ok(),
             Self::Points(given) => given.options.is_legal(),
@@ -307,6 +352,7 @@ impl Setting {
     pub fn draws_like(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Volume(own), Self::Volume(other)) => own.options == other.options,
+            (Self::Gaussians(own), Self::Gaussians(other)) => own.options == other.options,
             (Self::Mesh(own), Self::Mesh(other)) => own.options == other.options,
             (Self::Depth(own), Self::Depth(other)) => {
                 own.options.options().ok() == other.options.options().ok()
@@ -320,6 +366,7 @@ impl Setting {
     fn has(&self, name: &str) -> bool {
         match self {
             Self::Volume(given) => given.has(name),
+            Self::Gaussians(given) => given.has(name),
             Self::Mesh(given) => given.has(name),
             Self::Depth(given) => given.has(name),
             Self::Points(given) => given.has(name),
@@ -330,6 +377,7 @@ impl Setting {
     pub fn given(&self) -> impl Iterator<Item = (&str, &str)> {
         let words = match self {
             Self::Volume(given) => given.words(),
+            Self::Gaussians(given) => given.words(),
             Self::Mesh(given) => given.words(),
             Self::Depth(given) => given.words(),
             Self::Points(given) => given.words(),
@@ -344,6 +392,7 @@ impl Drawing {
         match self {
             Self::Texmap(args) => Setting::Mesh(args.render.clone()),
             Self::Volsplat(args) => Setting::Volume(Box::new(args.render.clone())),
+            Self::Gaussians(args) => Setting::Gaussians(args.render.clone()),
             Self::Warp3d(args) => Setting::Depth(args.render.clone()),
             Self::Points(args) => Setting::Points(args.render.clone()),
         }
@@ -354,6 +403,7 @@ impl Drawing {
         match (self, setting) {
             (Self::Texmap(args), Setting::Mesh(render)) => args.render = render,
             (Self::Volsplat(args), Setting::Volume(render)) => args.render = *render,
+            (Self::Gaussians(args), Setting::Gaussians(render)) => args.render = render,
             (Self::Warp3d(args), Setting::Depth(render)) => args.render = render,
             (Self::Points(args), Setting::Points(render)) => args.render = render,
             (drawing, _) => bail!("a setting of another application than {}", drawing.name()),
@@ -410,6 +460,14 @@ mod tests {
         ];
         for choice in volume {
             check(&["volsplat", "a.nrrd"], choice);
+        }
+        for choice in [
+            GaussianChoice::SlabError(0.02),
+            GaussianChoice::Samples(PixelSamples::One),
+            GaussianChoice::Samples(PixelSamples::Auto),
+            GaussianChoice::MinTransmittance(1e-5),
+        ] {
+            check(&["gaussians", "a.ply"], choice);
         }
         for method in texmap::Method::ALL {
             check(&["texmap", "a.glb"], MeshChoice::Method(method));

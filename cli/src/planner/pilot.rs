@@ -520,11 +520,11 @@ impl Candidate {
         }
     }
 
-    /// The work of a picture or a part of it. A volume's counts grow with the setting; those of meshes and warps are of pixels,
+    /// The work of a picture or a part of it. The counts of volumes and Gaussians grow with the setting; those of meshes and warps are of pixels,
     /// each of which takes the work of the rung.
     pub(super) fn work(&self, typed: &Setting, cost: &Cost) -> Work {
         let each = match typed {
-            Setting::Volume(_) => 1.0,
+            Setting::Volume(_) | Setting::Gaussians(_) => 1.0,
             Setting::Mesh(_) | Setting::Depth(_) | Setting::Points(_) => self.rung.work,
         };
         Work {

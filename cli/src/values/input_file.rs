@@ -11,7 +11,7 @@ use std::sync::Arc;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use resample_io::{Picture, Plane};
 use texmap::Loaded;
-use volsplat::Volume;
+use volsplat::{Gaussians, Volume};
 use warp3d::input::clouds::PointCloudFile;
 
 /// A file, and perhaps a part of it.
@@ -105,6 +105,8 @@ pub struct HeldPictures(pub Vec<HeldPicture>);
 pub enum Held {
     /// Of `volsplat`.
     Volumes(Arc<HeldVolumes>),
+    /// Of `gaussians`.
+    Gaussians(Arc<Gaussians>),
     /// Of `texmap`.
     Mesh(Arc<Loaded>),
     /// Of `warp3d`.

@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 use glam::DVec3;
 use resample_core::image::linear_from_srgb;
+use resample_core::narrow::single;
 use volsplat::{Cells, ClipPlane, Subpixels};
 
 mod bound;
@@ -252,6 +253,14 @@ pub fn fraction(text: &str) -> Result<f32, String> {
         .map(|value| value as f32)
         .filter(|value| (0.0..1.0).contains(value))
         .ok_or_else(|| "expected a number from 0 up to, not including, 1".into())
+}
+
+/// A number above 0, at most 1.
+pub fn share(text: &str) -> Result<f32, String> {
+    finite(text)
+        .map(single)
+        .filter(|&value| value > 0.0 && value <= 1.0)
+        .ok_or_else(|| "expected a number above 0, at most 1".into())
 }
 
 /// An angle in degrees, above 0 and below 180.

@@ -171,7 +171,7 @@ fn names<T: ValueEnum>() -> Vec<String> {
     values.map(|value| value.get_name().to_owned()).collect()
 }
 
-/// The choices of a mesh or a warp, and the options that are set already.
+/// The choices of Gaussians, a mesh or a warp, and the options that are set already.
 pub(crate) fn options(drawing: &Drawing) -> Result<Value> {
     let set: Map<String, Value> = drawing
         .setting()
@@ -185,6 +185,10 @@ pub(crate) fn options(drawing: &Drawing) -> Result<Value> {
             options["textures"] = json!(textures.map(|value| value.get_name().to_owned()));
             options["shade"] = json!(names::<texmap::Shade>());
             options["method"] = json!(names::<texmap::Method>());
+        }
+        Drawing::Gaussians(args) => {
+            options["slab-error"] = json!(args.render.options.slab_error);
+            options["samples"] = json!(names::<volsplat::PixelSamples>());
         }
         Drawing::Warp3d(_) => {
             options["fill"] = json!(names::<warp3d::Fill>());

@@ -112,6 +112,7 @@ impl OpenedScene {
     fn title(&self) -> String {
         let path: PathBuf = match &self.drawing {
             Drawing::Volsplat(args) => args.input.path.clone(),
+            Drawing::Gaussians(args) => args.input.path.clone(),
             Drawing::Texmap(args) => args.input.path.clone(),
             Drawing::Warp3d(args) => PathBuf::from(&args.colour),
             Drawing::Points(args) => args.input.path.clone(),
@@ -125,10 +126,12 @@ impl OpenedScene {
         if let Some(open) = self.opened.volume() {
             return facts::unit(open.described());
         }
-        let Drawing::Texmap(args) = &self.drawing else {
-            return None;
+        let input = match &self.drawing {
+            Drawing::Texmap(args) => &args.input,
+            Drawing::Gaussians(args) => &args.input,
+            Drawing::Volsplat(_) | Drawing::Warp3d(_) | Drawing::Points(_) => return None,
         };
-        let extension = args.input.path.extension()?.to_str()?;
+        let extension = input.path.extension()?.to_str()?;
         let is_gltf = ["glb", "gltf"]
             .iter()
             .any(|known| extension.eq_ignore_ascii_case(known));
@@ -198,9 +201,10 @@ impl OpenedScene {
         }
         let text = match self.words.application {
             Application::Depth => self.moved_lens(view)?.to_string(),
-            Application::Volume | Application::Mesh | Application::Points => {
-                view.camera.to_string()
-            }
+            Application::Volume
+            | Application::Gaussians
+            | Application::Mesh
+            | Application::Points => view.camera.to_string(),
         };
         // As the command line reads it from a file, digit for digit.
         let defaults = CameraDefaults {
@@ -408,7 +412,10 @@ impl OpenedScene {
     pub(crate) fn camera_option(&self) -> &'static str {
         match self.words.application {
             Application::Depth => "--to",
-            Application::Volume | Application::Mesh | Application::Points => "--camera",
+            Application::Volume
+            | Application::Gaussians
+            | Application::Mesh
+            | Application::Points => "--camera",
         }
     }
 
@@ -435,6 +442,7 @@ fn is_stopped(error: &Error) -> bool {
 fn background_word(drawing: &Drawing) -> Option<&BackgroundWord> {
     let picture = match drawing {
         Drawing::Volsplat(args) => &args.picture,
+        Drawing::Gaussians(args) => &args.picture,
         Drawing::Texmap(args) => &args.picture,
         Drawing::Warp3d(args) => &args.picture,
         Drawing::Points(args) => &args.picture,

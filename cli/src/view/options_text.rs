@@ -23,7 +23,7 @@ use crate::values::BackgroundWord;
 use crate::values::input_file::Held;
 
 /// Options that the page may set. None of them names a file.
-const FROM_PAGE: [&str; 26] = [
+const FROM_PAGE: [&str; 28] = [
     "background",
     "blend",
     "channel",
@@ -45,8 +45,10 @@ const FROM_PAGE: [&str; 26] = [
     "opacity-unit",
     "order",
     "preset",
+    "samples",
     "shade",
     "slab",
+    "slab-error",
     "subpixels",
     "textures",
     "window",
@@ -326,6 +328,7 @@ mod tests {
     fn every_named_option_belongs_to_a_command() {
         let applications = [
             Application::Volume,
+            Application::Gaussians,
             Application::Mesh,
             Application::Depth,
             Application::Points,

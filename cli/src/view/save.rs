@@ -183,6 +183,7 @@ fn begin(subject: &OpenedScene, path: PathBuf, view: &View, cameras: &Cameras) -
     };
     match &mut drawing {
         Drawing::Volsplat(args) => (args.camera.camera, args.sequence.path) = (list, keys),
+        Drawing::Gaussians(args) => (args.camera.camera, args.sequence.path) = (list, keys),
         Drawing::Texmap(args) => (args.camera.camera, args.sequence.path) = (list, keys),
         Drawing::Points(args) => (args.camera.camera, args.sequence.path) = (list, keys),
         Drawing::Warp3d(args) => {
@@ -200,6 +201,7 @@ fn set_size(drawing: &mut Drawing, view: &View) {
     let size = Some(Size { width, height });
     match drawing {
         Drawing::Volsplat(args) => args.camera.size = size,
+        Drawing::Gaussians(args) => args.camera.size = size,
         Drawing::Texmap(args) => args.camera.size = size,
         Drawing::Points(args) => args.camera.size = size,
         Drawing::Warp3d(args) => args.cameras.size = size,

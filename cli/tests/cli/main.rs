@@ -18,6 +18,7 @@ mod documented;
 mod errors;
 mod exr_files;
 mod gate;
+mod gaussians;
 mod good_runs;
 mod info;
 mod limits;

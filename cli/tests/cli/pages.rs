@@ -135,6 +135,9 @@ fn bench() -> Bench {
     bench.write("calib.txt", calibration.as_bytes());
     bench.write("head.nrrd", &head());
     bench.write("helmet.glb", &helmet());
+    bench.write("garden.ply", &super::gaussians::ply(0));
+    // The content says that it is a scan, whatever the name says.
+    bench.write("street.laz", super::points::ply().as_bytes());
     bench
 }
 
@@ -158,9 +161,10 @@ fn quick(command: &str) -> String {
 }
 
 /// The pages whose commands are run, and how many they have at least.
-const PAGES: [(&str, usize); 6] = [
+const PAGES: [(&str, usize); 7] = [
     ("README.md", 3),
     ("docs/getting-started.md", 8),
+    ("docs/points.md", 7),
     ("docs/tasks/render-a-ct.md", 8),
     ("docs/tasks/turntable.md", 5),
     ("docs/tasks/draw-a-mesh.md", 5),

@@ -26,7 +26,7 @@ fn hill() -> Vec<([f64; 3], [u8; 3], u16, u8)> {
     (0..3600).map(point).collect()
 }
 
-fn ply() -> String {
+pub(super) fn ply() -> String {
     let points = hill();
     let mut text = format!("ply\nformat ascii 1.0\nelement vertex {}\n", points.len());
     for name in [

@@ -70,6 +70,20 @@ fn a_resting_volume_is_the_command_lines_picture() {
 }
 
 #[test]
+fn resting_gaussians_are_the_command_lines_picture() {
+    let bench = Bench::new();
+    bench.write("a.bin", &super::gaussians::ply(0));
+    for more in [
+        json!({}),
+        json!({ "changes": { "samples": ["4"], "slab-error": ["0.05"], "background": ["white"] } }),
+        json!({ "changes": { "clip-plane": ["0,1,0,0.1"] }, "exactness": "exact" }),
+        json!({ "exactness": "1/255" }),
+    ] {
+        assert_same(&bench, "a.bin", more);
+    }
+}
+
+#[test]
 fn labels_and_channels_in_the_pages_colours_are_the_command_lines_pictures() {
     let bench = Bench::new();
     let labels = json!({ "200": { "colour": "#ff0000", "opacity": 0.5 }, "210": { "colour": "#0000ff", "opacity": 1 } });

@@ -2,3 +2,4 @@
 
 pub mod scenes;
 pub mod twin;
+pub mod viewers;

@@ -7,7 +7,10 @@ use resample_core::image::srgb_from_linear;
 use resample_core::{Camera, Image, LookAt};
 use resample_tests::gaussians::scenes::{Numbers, ball, camera, knot};
 use resample_tests::gaussians::twin::GaussianTwin;
-use volsplat::{Clip, ClipPlane, Gaussian, GaussianOptions, GaussianRenderer, Gaussians};
+use resample_tests::gaussians::viewers::ViewerTwin;
+use volsplat::{
+    Clip, ClipPlane, Gaussian, GaussianModel, GaussianOptions, GaussianRenderer, Gaussians,
+};
 
 fn drawn(gaussians: &Arc<Gaussians>, camera: &Camera) -> Image {
     let options = GaussianOptions::default();
@@ -180,6 +183,35 @@ fn extremes_give_finite_pixels() {
                 let is_sound = pixel.iter().all(|c| c.is_finite() && *c >= 0.0) && pixel[3] <= 1.0;
                 assert!(is_sound, "{scales} at {offset}: {pixel:?}");
             }
+        }
+    }
+}
+
+#[test]
+fn other_viewers_are_drawn_as_their_formulas_say() {
+    let knot = Arc::new(knot(3000, 8));
+    let near = camera(DVec3::new(0.6, 0.5, 1.6), 90.0, [64, 48]);
+    let far = camera(DVec3::new(2.0, 3.0, 9.0), 40.0, [64, 48]);
+    for model in [GaussianModel::Khr, GaussianModel::Inria, GaussianModel::Mip] {
+        for camera in [&near, &far] {
+            let options = GaussianOptions {
+                model,
+                ..GaussianOptions::default()
+            };
+            let mut renderer = GaussianRenderer::new(knot.clone(), &options).expect("options");
+            let image = renderer.render(camera).expect("a frame").image;
+            let twin = ViewerTwin::new(&knot, camera, model);
+            let mut farthest = 0.0f64;
+            for at in (0..64 * 48).step_by(5) {
+                let (x, y) = (at % 64, at / 64);
+                let got = blended(image.pixel(x, y));
+                for (got, wanted) in got.iter().zip(twin.pixel(x, y)) {
+                    farthest = farthest.max((got - wanted).abs());
+                }
+            }
+            println!("{model:?}: {farthest:.5}");
+            // An ellipse may end where its opacity in a pixel is the least one, and a pixel where 1e-4 of the light is left.
+            assert!(farthest < 1.0 / 255.0, "{model:?}: {farthest}");
         }
     }
 }

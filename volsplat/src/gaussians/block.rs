@@ -2,18 +2,18 @@
 //!
 //! In a slab the optical depths of all Gaussians are summed, and with them colours and first moments along the ray; the slab is
 //! composited as one. The order inside a slab is lost except for the moments, so a slab ends where the colours that it would mix
-//! differ by too much, weighted by the light that reaches it: M sqrt(V) T <= error, with the optical depth M of the slab, the
-//! variance V of its colours by optical depth, and the transmittance T before it. A Gaussian alone takes one slab, and so do
+//! differ by too much, weighted by the light that reaches it: M sqrt(V) T <= error, with the block's mean optical depth M of the
+//! slab, the variance V of its colours by optical depth, and the transmittance T before it. A Gaussian alone takes one slab, and so do
 //! many of one colour.
 
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
-use resample_core::narrow::single;
+use fearless_simd_macros::simd;
 use resample_core::simd::{exp2, opacity_from_optical_depth};
 
-use crate::gaussians::profile::{REACH, optical_depth, share_and_moment};
-use crate::gaussians::project::LEAST_OPACITY;
-use crate::gaussians::ray_form::RayForm;
+use crate::gaussians::profile::{optical_depth, share_and_moment};
+use crate::gaussians::project::LEAST_EXPONENT;
+use crate::gaussians::ray_form::{RayForm, polynomial};
 
 /// Pixels of a block.
 pub(crate) const LANES: usize = 16;
@@ -68,10 +68,8 @@ pub(crate) struct BlockWork {
 
 /// The Gaussians of a tile in the order in which they begin.
 pub(crate) trait Forms {
-    /// The place in the list of the next one at or after `at` that may touch the block, and the camera z at which it begins.
-    fn next(&mut self, block: usize, at: usize) -> Option<(usize, f32)>;
-    /// One of them.
-    fn form(&self, at: usize) -> &RayForm;
+    /// The `at`-th one that may touch the block, and the camera z at which it begins.
+    fn of_block(&mut self, block: usize, at: usize) -> Option<(&RayForm, f32)>;
 }
 
 /// A Gaussian that the slabs have reached, for each ray.
@@ -79,11 +77,11 @@ pub(crate) trait Forms {
 struct Slot {
     /// Optical depth of all of it.
     depth: Lanes,
-    /// The same times the standard deviation along the ray.
-    depth_sigma: Lanes,
+    /// The same times half its length along the ray.
+    depth_reach: Lanes,
     /// Camera z of its peak.
     peak: Lanes,
-    /// 1 / standard deviation along the ray.
+    /// 1 / half its length along the ray.
     sharpness: Lanes,
     /// Share and moment before the slab.
     share: Lanes,
@@ -91,139 +89,178 @@ struct Slot {
     colour: [f32; 3],
 }
 
+/// 16 Gaussians as the choice of a slab's end sees them: means over the block.
+#[derive(Clone, Copy, Debug, Default)]
+struct Briefs {
+    /// Between which camera z it lies, taken as a box, and its optical depth over the box's length; 0 where a place is free.
+    low: Lanes,
+    high: Lanes,
+    rate: Lanes,
+    colour: [Lanes; 3],
+    /// The colour's squared length.
+    square: Lanes,
+    /// Camera z at which it ends; +infinity where a place is free.
+    end: Lanes,
+    slot: [u32; LANES],
+}
+
+impl Briefs {
+    /// Copies the one in lane `from` of others into a lane.
+    #[inline(always)]
+    fn copy_from(&mut self, lane: usize, others: &Self, from: usize) {
+        self.low[lane] = others.low[from];
+        self.high[lane] = others.high[from];
+        self.rate[lane] = others.rate[from];
+        for (to, of) in self.colour.iter_mut().zip(&others.colour) {
+            to[lane] = of[from];
+        }
+        self.square[lane] = others.square[from];
+        self.end[lane] = others.end[from];
+        self.slot[lane] = others.slot[from];
+    }
+
+    #[inline(always)]
+    fn copy_within(&mut self, from: usize, lane: usize) {
+        self.low[lane] = self.low[from];
+        self.high[lane] = self.high[from];
+        self.rate[lane] = self.rate[from];
+        for colour in &mut self.colour {
+            colour[lane] = colour[from];
+        }
+        self.square[lane] = self.square[from];
+        self.end[lane] = self.end[from];
+        self.slot[lane] = self.slot[from];
+    }
+}
+
 /// The Gaussians that the slabs have reached and not left.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Active {
     slots: Vec<Slot>,
     free: Vec<u32>,
-    /// Slot of each.
-    slot: Vec<u32>,
-    /// Between which camera z it lies, and its greatest optical depth over that length.
-    low: Vec<f32>,
-    high: Vec<f32>,
-    rate: Vec<f32>,
-    red: Vec<f32>,
-    green: Vec<f32>,
-    blue: Vec<f32>,
-    /// Camera z at which it ends.
-    end: Vec<f32>,
+    briefs: Vec<Briefs>,
+    len: usize,
 }
 
-/// The square root of 3: a box of this half width has the standard deviation of the Gaussian.
-const BOX: f32 = 1.732_050_8;
+/// Half width of a box with the standard deviation of a profile, over the profile's half length.
+const BOX: f32 = 0.774_596_7;
 
 impl Active {
     fn clear(&mut self) {
         self.slots.clear();
         self.free.clear();
-        self.slot.clear();
-        for list in self.lists() {
-            list.clear();
-        }
-    }
-
-    fn lists(&mut self) -> [&mut Vec<f32>; 7] {
-        [
-            &mut self.low,
-            &mut self.high,
-            &mut self.rate,
-            &mut self.red,
-            &mut self.green,
-            &mut self.blue,
-            &mut self.end,
-        ]
-    }
-
-    fn len(&self) -> usize {
-        self.slot.len()
+        self.briefs.clear();
+        self.len = 0;
     }
 
     /// Camera z at which the last of them ends.
+    #[inline(always)]
     fn last_end(&self) -> f32 {
-        self.end.iter().copied().fold(f32::NEG_INFINITY, f32::max)
+        let mut last = f32::NEG_INFINITY;
+        for at in 0..self.len {
+            last = last.max(self.briefs[at / LANES].end[at % LANES]);
+        }
+        last
     }
 
     /// Takes those out that end before `z`.
-    fn retire(&mut self, z: f32) {
-        let mut at = 0;
-        while at < self.len() {
-            if self.end[at] <= z {
-                self.free.push(self.slot.swap_remove(at));
-                for list in self.lists() {
-                    list.swap_remove(at);
+    #[inline(always)]
+    fn retire<S: Simd>(&mut self, simd: S, z: f32) {
+        for group in (0..self.briefs.len()).rev() {
+            let ends = f32x16::from_slice(simd, &self.briefs[group].end);
+            if !ends.simd_le(f32x16::splat(simd, z)).any_true() {
+                continue;
+            }
+            for lane in (0..LANES).rev() {
+                if self.briefs[group].end[lane] <= z {
+                    self.take_out(group, lane);
                 }
-            } else {
-                at += 1;
             }
         }
     }
 
-    fn push(&mut self, slot: Slot, [low, high, end]: [f32; 3], depth: f32) {
-        let place = match self.free.pop() {
-            Some(place) => {
-                self.slots[place as usize] = slot;
-                place
-            }
-            None => {
-                self.slots.push(slot);
-                self.slots.len() as u32 - 1
-            }
-        };
-        self.slot.push(place);
-        let [red, green, blue] = slot.colour;
-        let values = [low, high, depth / (high - low), red, green, blue, end];
-        for (list, value) in self.lists().into_iter().zip(values) {
-            list.push(value);
+    /// Takes one out; the last one comes to its place.
+    #[inline(always)]
+    fn take_out(&mut self, group: usize, lane: usize) {
+        self.free.push(self.briefs[group].slot[lane]);
+        self.len -= 1;
+        let (from_group, from) = (self.len / LANES, self.len % LANES);
+        let (kept, moved) = self.briefs.split_at_mut(from_group);
+        let last = &mut moved[0];
+        match kept.get_mut(group) {
+            Some(to) => to.copy_from(lane, last, from),
+            None => last.copy_within(from, lane),
         }
+        last.rate[from] = 0.0;
+        last.end[from] = f32::INFINITY;
+        if from == 0 {
+            self.briefs.pop();
+        }
+    }
+
+    /// A place for a Gaussian's rays.
+    #[inline(always)]
+    fn new_slot(&mut self) -> u32 {
+        self.free.pop().unwrap_or_else(|| {
+            self.slots.push(Slot::default());
+            self.slots.len() as u32 - 1
+        })
+    }
+
+    #[inline(always)]
+    fn push(&mut self, slot: u32, [low, high]: [f32; 2], depth: f32, colour: [f32; 3]) {
+        let (group, lane) = (self.len / LANES, self.len % LANES);
+        if lane == 0 {
+            self.briefs.push(Briefs {
+                end: [f32::INFINITY; LANES],
+                ..Briefs::default()
+            });
+        }
+        self.len += 1;
+        let to = &mut self.briefs[group];
+        let (middle, half) = (0.5 * (low + high), 0.5 * BOX * (high - low));
+        let half = half.max(middle.abs() * 1e-6).max(f32::MIN_POSITIVE);
+        to.low[lane] = middle - half;
+        to.high[lane] = middle + half;
+        to.rate[lane] = depth / (2.0 * half);
+        let [r, g, b] = colour;
+        for (lanes, value) in to.colour.iter_mut().zip(colour) {
+            lanes[lane] = value;
+        }
+        to.square[lane] = r * r + g * g + b * b;
+        to.end[lane] = high;
+        to.slot[lane] = slot;
     }
 
     /// The error of the order of a slab, M sqrt(V), to the power of a half: it grows about in proportion to the slab's length.
-    #[inline(always)]
+    #[simd]
     fn mixing<S: Simd>(&self, simd: S, z0: f32, z1: f32) -> f32 {
-        let splat = |value: f32| f32x16::splat(simd, value);
-        let zero = splat(0.0);
-        let (mut mass, mut squares, mut sums) = (zero, zero, [zero; 3]);
-        for first in (0..self.len()).step_by(LANES) {
-            let (low, high) = (
-                self.part(simd, &self.low, first),
-                self.part(simd, &self.high, first),
-            );
-            let within = splat(z1).max(low).min(high) - splat(z0).max(low).min(high);
-            let depth = self.part(simd, &self.rate, first) * within;
+        let zero = f32x16::splat(simd, 0.0);
+        let (z0, z1) = (f32x16::splat(simd, z0), f32x16::splat(simd, z1));
+        let (mut mass, mut squares, mut red, mut green, mut blue) = (zero, zero, zero, zero, zero);
+        for part in &self.briefs {
+            let low = f32x16::from_slice(simd, &part.low);
+            let high = f32x16::from_slice(simd, &part.high);
+            let within = z1.max(low).min(high) - z0.max(low).min(high);
+            let depth = f32x16::from_slice(simd, &part.rate) * within;
             mass += depth;
-            let colours = [&self.red, &self.green, &self.blue];
-            for k in 0..3 {
-                let colour = self.part(simd, colours[k], first);
-                sums[k] = depth.mul_add(colour, sums[k]);
-                squares = (depth * colour).mul_add(colour, squares);
-            }
+            red = depth.mul_add(f32x16::from_slice(simd, &part.colour[0]), red);
+            green = depth.mul_add(f32x16::from_slice(simd, &part.colour[1]), green);
+            blue = depth.mul_add(f32x16::from_slice(simd, &part.colour[2]), blue);
+            squares = depth.mul_add(f32x16::from_slice(simd, &part.square), squares);
         }
         let mass = mass.reduce_sum();
-        let [r, g, b] = sums;
-        let (r, g, b) = (r.reduce_sum(), g.reduce_sum(), b.reduce_sum());
+        let (r, g, b) = (red.reduce_sum(), green.reduce_sum(), blue.reduce_sum());
         let variance = mass * squares.reduce_sum() - (r * r + g * g + b * b);
         (mass * variance.max(0.0).sqrt()).sqrt()
     }
 
-    /// 16 numbers of a list from `first` on; 0 beyond its end.
-    #[inline(always)]
-    fn part<S: Simd>(&self, simd: S, list: &[f32], first: usize) -> f32x16<S> {
-        match list.get(first..first + LANES) {
-            Some(part) => f32x16::from_slice(simd, part),
-            None => {
-                let mut part = [0.0; LANES];
-                part[..list.len() - first].copy_from_slice(&list[first..]);
-                f32x16::from_slice(simd, &part)
-            }
-        }
-    }
-
     /// The camera z of a slab's end, at most `limit`.
-    #[inline(always)]
+    #[simd]
     fn slab_end<S: Simd>(&self, simd: S, z0: f32, limit: f32, most: f32) -> f32 {
         let (mut low, mut at_low) = (z0, -most);
         let (mut high, mut at_high) = (limit, self.mixing(simd, z0, limit) - most);
-        if at_high <= 0.0 {
+        if at_high <= 0.2 * most {
             return limit;
         }
         // False position, which the near-linear measure suits; the bracket halves at least every other step.
@@ -235,7 +272,7 @@ impl Active {
             };
             let z = low + share.clamp(0.05, 0.95) * (high - low);
             let at = self.mixing(simd, z0, z) - most;
-            if at.abs() < 0.1 * most {
+            if at.abs() < 0.2 * most {
                 return z;
             }
             if at < 0.0 {
@@ -261,29 +298,35 @@ pub(crate) fn draw<S: Simd>(
     active.clear();
     let mut pixels = Pixels::new(simd);
     let mut z0 = rays.near.iter().copied().fold(f32::INFINITY, f32::min);
-    let mut next = forms.next(block, 0);
+    let mut at = 0;
     loop {
         // A slab may be this wrong where this share of the light reaches it.
         let most = (settings.slab_error / pixels.greatest_transmittance()).sqrt();
         let mut taken = 0;
-        while let Some((at, begin)) = next {
+        let begin = loop {
+            let Some((form, begin)) = forms.of_block(block, at) else {
+                break f32::INFINITY;
+            };
             if taken % TAKEN_AT_ONCE == 0 && active.mixing(simd, z0, begin) >= most {
-                break;
+                break begin;
             }
             taken += 1;
-            work.met += activate(simd, forms.form(at), rays, active);
-            next = forms.next(block, at + 1);
-        }
-        if active.len() == 0 {
+            at += 1;
+            work.met += activate(simd, form, rays, active);
+        };
+        if active.len == 0 {
             break;
         }
-        let begin = next.map_or(f32::INFINITY, |(_, begin)| begin);
-        let limit = begin.min(active.last_end());
+        let limit = if begin < f32::INFINITY {
+            begin
+        } else {
+            active.last_end()
+        };
         let z1 = active.slab_end(simd, z0, limit, most).max(above(z0));
         pixels.add(simd, [z0, z1], rays, active);
         work.slabs += 1;
-        work.summed += active.len() as u64;
-        active.retire(z1);
+        work.summed += active.len as u64;
+        active.retire(simd, z1);
         z0 = z1;
         if pixels.greatest_transmittance() < settings.min_transmittance {
             break;
@@ -298,19 +341,19 @@ fn above(z: f32) -> f32 {
 }
 
 /// Takes up a Gaussian; returns 1 if a ray meets it.
-#[inline(always)]
+#[simd]
 fn activate<S: Simd>(simd: S, form: &RayForm, rays: &BlockRays, active: &mut Active) -> u64 {
     /// log2 of e, halved, for exp(-q / 2).
     const HALF_LOG2_E: f32 = 0.5 * std::f32::consts::LOG2_E;
     let splat = |value: f32| f32x16::splat(simd, value);
     let x = f32x16::from_slice(simd, &rays.x);
     let y = f32x16::from_slice(simd, &rays.y);
-    let density = quadratic(simd, &form.density, x, y);
-    let over = splat(1.0) / density;
-    let q = quadratic(simd, &form.distance, x, y) * over;
+    let root = polynomial(simd, &form.density, x, y).sqrt();
+    let over_root = splat(1.0) / root;
+    let over = over_root * over_root;
+    let q = polynomial(simd, &form.distance, x, y) * over;
     let exponent = splat(form.log2_opacity) - q.max(splat(0.0)) * HALF_LOG2_E;
-    let least = splat(single(LEAST_OPACITY.log2()));
-    let seen = exponent.simd_ge(least);
+    let seen = exponent.simd_ge(splat(LEAST_EXPONENT));
     if !seen.any_true() {
         return 0;
     }
@@ -318,40 +361,32 @@ fn activate<S: Simd>(simd: S, form: &RayForm, rays: &BlockRays, active: &mut Act
     let depth = seen.select(optical_depth(simd, opacity), splat(0.0));
     let [p0, px, py] = form.peak;
     let peak = x.mul_add(splat(px), y.mul_add(splat(py), splat(p0))) * over;
-    let sharpness = (density * form.sharpness).min(splat(form.sharpest)).sqrt();
-    let sigma = splat(1.0) / sharpness;
-    let (first, last) = (
-        seen.select(peak, splat(f32::INFINITY)).reduce_min(),
-        seen.select(peak, splat(f32::NEG_INFINITY)).reduce_max(),
-    );
-    let widest = seen.select(sigma, splat(0.0)).reduce_max();
-    let mut slot = Slot {
-        colour: form.colour,
-        ..Slot::default()
-    };
+    let sharpness = (root * form.sharpness).min(splat(form.sharpest));
+    let reach = (over_root * (1.0 / form.sharpness)).max(splat(1.0 / form.sharpest));
+    let low = seen.select(peak - reach, splat(f32::INFINITY)).reduce_min();
+    let high = seen
+        .select(peak + reach, splat(f32::NEG_INFINITY))
+        .reduce_max();
+    let place = active.new_slot();
+    let slot = &mut active.slots[place as usize];
     let near = f32x16::from_slice(simd, &rays.near);
-    let before = ((near - peak) * sharpness)
-        .max(splat(-REACH))
-        .min(splat(REACH));
-    let (share, moment) = share_and_moment(simd, before);
+    let before = (near - peak) * sharpness;
+    if before.simd_gt(splat(-1.0)).any_true() {
+        let (share, moment) = share_and_moment(simd, before.max(splat(-1.0)).min(splat(1.0)));
+        share.store_slice(&mut slot.share);
+        moment.store_slice(&mut slot.moment);
+    } else {
+        slot.share = [0.0; LANES];
+        slot.moment = [0.0; LANES];
+    }
     depth.store_slice(&mut slot.depth);
-    (depth * sigma).store_slice(&mut slot.depth_sigma);
+    (depth * reach).store_slice(&mut slot.depth_reach);
     peak.store_slice(&mut slot.peak);
     sharpness.store_slice(&mut slot.sharpness);
-    share.store_slice(&mut slot.share);
-    moment.store_slice(&mut slot.moment);
-    let low = first - BOX * widest;
-    let high = (last + BOX * widest).max(above(low));
-    active.push(slot, [low, high, last + REACH * widest], depth.reduce_max());
+    slot.colour = form.colour;
+    let mean = depth.reduce_sum() * (1.0 / LANES as f32);
+    active.push(place, [low, high], mean, form.colour);
     1
-}
-
-#[inline(always)]
-fn quadratic<S: Simd>(simd: S, c: &[f32; 6], x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
-    let splat = |value: f32| f32x16::splat(simd, value);
-    let along_x = x.mul_add(splat(c[3]), y.mul_add(splat(c[4]), splat(c[1])));
-    let along_y = y.mul_add(splat(c[5]), splat(c[2]));
-    x.mul_add(along_x, y.mul_add(along_y, splat(c[0])))
 }
 
 /// The pixels of a block while its slabs are composited.
@@ -373,41 +408,57 @@ struct Sums<S: Simd> {
 }
 
 impl<S: Simd> Sums<S> {
-    #[inline(always)]
+    /// A function of its own: inside a greater one the sums do not stay in registers.
+    #[simd]
     fn of(simd: S, [z0, z1]: [f32; 2], rays: &BlockRays, active: &mut Active) -> Self {
         let zero = f32x16::splat(simd, 0.0);
         let begin = f32x16::splat(simd, z0);
-        let end = f32x16::splat(simd, z1).min(f32x16::from_slice(simd, &rays.far));
-        let mut sums = Self {
-            depth: zero,
-            rgb: [zero; 3],
-            depth_z: zero,
-            rgb_z: [zero; 3],
-        };
-        let Active { slots, slot, .. } = active;
-        for place in slot.iter() {
-            let slot = &mut slots[*place as usize];
+        // A slab before the begin of a ray adds nothing to it, and leaves the shares that lie before the begin as they are.
+        let end = f32x16::splat(simd, z1)
+            .min(f32x16::from_slice(simd, &rays.far))
+            .max(f32x16::from_slice(simd, &rays.near));
+        let (mut sum, mut sum_z) = (zero, zero);
+        let (mut red, mut green, mut blue) = (zero, zero, zero);
+        let (mut red_z, mut green_z, mut blue_z) = (zero, zero, zero);
+        let Active {
+            slots, briefs, len, ..
+        } = active;
+        for at in 0..*len {
+            let place = briefs[at / LANES].slot[at % LANES];
+            let slot = &mut slots[place as usize];
             let peak = f32x16::from_slice(simd, &slot.peak);
             let x = ((end - peak) * f32x16::from_slice(simd, &slot.sharpness))
-                .max(f32x16::splat(simd, -REACH))
-                .min(f32x16::splat(simd, REACH));
+                .max(f32x16::splat(simd, -1.0))
+                .min(f32x16::splat(simd, 1.0));
             let (share, moment) = share_and_moment(simd, x);
             let part = (share - f32x16::from_slice(simd, &slot.share)).max(zero);
             let bent = moment - f32x16::from_slice(simd, &slot.moment);
             let depth = part * f32x16::from_slice(simd, &slot.depth);
             let depth_z =
-                (peak - begin).mul_add(depth, bent * f32x16::from_slice(simd, &slot.depth_sigma));
+                (peak - begin).mul_add(depth, bent * f32x16::from_slice(simd, &slot.depth_reach));
             share.store_slice(&mut slot.share);
             moment.store_slice(&mut slot.moment);
-            sums.depth += depth;
-            sums.depth_z += depth_z;
-            for k in 0..3 {
-                let colour = f32x16::splat(simd, slot.colour[k]);
-                sums.rgb[k] = colour.mul_add(depth, sums.rgb[k]);
-                sums.rgb_z[k] = colour.mul_add(depth_z, sums.rgb_z[k]);
-            }
+            let [r, g, b] = slot.colour;
+            let (r, g, b) = (
+                f32x16::splat(simd, r),
+                f32x16::splat(simd, g),
+                f32x16::splat(simd, b),
+            );
+            sum += depth;
+            sum_z += depth_z;
+            red = r.mul_add(depth, red);
+            green = g.mul_add(depth, green);
+            blue = b.mul_add(depth, blue);
+            red_z = r.mul_add(depth_z, red_z);
+            green_z = g.mul_add(depth_z, green_z);
+            blue_z = b.mul_add(depth_z, blue_z);
         }
-        sums
+        Self {
+            depth: sum,
+            rgb: [red, green, blue],
+            depth_z: sum_z,
+            rgb_z: [red_z, green_z, blue_z],
+        }
     }
 }
 

@@ -2,7 +2,8 @@
 //!
 //! Takes [`Gaussians`], [`GaussianOptions`] and a camera, returns a picture. `project` puts the Gaussians in view into camera space
 //! and lists them by tile; `tile` sorts a list by where the Gaussians begin; `ray_form` turns each into polynomials of the pixel;
-//! `block` sums 4x4 pixels at a time front to back; `profile` has the functions of one Gaussian along a ray.
+//! `block` sums 4x4 pixels at a time front to back; `profile` has the functions of one Gaussian along a ray. `viewers` draws them
+//! as other viewers do, to compare pictures with.
 //!
 //! The optical depth of a Gaussian on a ray is -ln(1 - opacity G), with G its value at the ray's closest approach in standard
 //! deviations; it is spread along the ray by the Gaussian's own profile there. So one alone has the opacity that it was trained with,
@@ -15,13 +16,14 @@ mod profile;
 mod project;
 mod ray_form;
 mod tile;
+mod viewers;
 
 use std::sync::Arc;
 
 use glam::DAffine3;
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
-use resample_core::image::linear_from_srgb;
+use resample_core::image::{Plane, linear_from_srgb};
 use resample_core::scratch::on_heap;
 use resample_core::tile::{TILE_PX, TileGrid};
 use resample_core::{Camera, Image, Stop, dispatch};
@@ -30,18 +32,24 @@ use resample_volume::{BlendSpace, Gaussians};
 use crate::Error;
 use crate::gaussians::project::Binned;
 use crate::gaussians::tile::{BlendPixel, TileJob, TileScratch, draw_tile};
+use crate::gaussians::viewers::Footprints;
 use crate::look::options::DepthPlane;
 use crate::render::Frame;
 use crate::stats::FrameStats;
 
-pub use options::{GaussianOptions, PixelSamples};
+pub use options::{GaussianLayer, GaussianModel, GaussianOptions, PixelSamples};
 
 /// Draws Gaussians, picture after picture.
+///
+/// The picture of [`GaussianModel::Volume`] has no order; those of the other models follow other viewers.
 #[derive(Clone, Debug)]
 pub struct GaussianRenderer {
     gaussians: Arc<Gaussians>,
     options: GaussianOptions,
     binned: Binned,
+    footprints: Footprints,
+    /// The camera whose Gaussians are binned: the windows of a picture share them.
+    binned_for: Option<Camera>,
     stop: Stop,
 }
 
@@ -59,6 +67,8 @@ impl GaussianRenderer {
             gaussians,
             options: options.clone(),
             binned: Binned::default(),
+            footprints: Footprints::default(),
+            binned_for: None,
             stop: Stop::default(),
         })
     }
@@ -66,6 +76,9 @@ impl GaussianRenderer {
     /// Draws with these options from now on; [`Error::Option`] as in [`GaussianRenderer::new`].
     pub fn update(&mut self, options: &GaussianOptions) -> Result<(), Error> {
         options.validate()?;
+        if self.options.model != options.model || self.options.clip != options.clip {
+            self.binned_for = None;
+        }
         self.options = options.clone();
         Ok(())
     }
@@ -75,7 +88,7 @@ impl GaussianRenderer {
         self.stop = stop;
     }
 
-    /// Draws the picture of a camera.
+    /// Draws the picture of a camera; [`Error::Stopped`] where its end was asked for.
     pub fn render(&mut self, camera: &Camera) -> Result<Frame, Error> {
         let size = [camera.width as usize, camera.height as usize];
         self.render_window(camera, [0, 0], size)
@@ -92,13 +105,39 @@ impl GaussianRenderer {
         let whole = StageClock::start();
         let mut stats = FrameStats::default();
         let clock = StageClock::start();
-        self.binned.fill(&self.gaussians, camera);
+        let is_volume = self.options.model == GaussianModel::Volume;
+        if self.binned_for != Some(*camera) {
+            if is_volume {
+                self.binned.fill(&self.gaussians, camera);
+            } else {
+                self.footprints.fill(&self.gaussians, camera, &self.options);
+            }
+            self.binned_for = Some(*camera);
+        }
+        let [in_view, pairs] = if is_volume {
+            [self.binned.count() as u64, self.binned.pairs() as u64]
+        } else {
+            self.footprints.counts()
+        };
         stats.stages.project = clock.stop();
-        stats.splats = self.binned.count() as u64;
-        stats.culled = self.gaussians.len() as u64 - stats.splats;
-        stats.tile_pairs = self.binned.pairs() as u64;
+        (stats.splats, stats.tile_pairs) = (in_view, pairs);
+        stats.culled = self.gaussians.len() as u64 - in_view;
         let clock = StageClock::start();
-        let tiles = self.draw_tiles(camera, first, size, &mut stats);
+        let places = tile_places(camera, first, size);
+        let tiles = if is_volume {
+            self.draw_tiles(camera, &places, &mut stats)
+        } else {
+            let drawn = self
+                .footprints
+                .draw(&places, self.options.model, &self.stop);
+            let tiles = places.iter().zip(drawn);
+            tiles
+                .map(|(&place, pixels)| DrawnTile { place, pixels })
+                .collect()
+        };
+        if self.stop.is_asked() {
+            return Err(Error::Stopped);
+        }
         stats.stages.composite = clock.stop();
         let clock = StageClock::start();
         let image = self.picture(&tiles, first, size);
@@ -111,11 +150,9 @@ impl GaussianRenderer {
     fn draw_tiles(
         &self,
         camera: &Camera,
-        first: [usize; 2],
-        size: [usize; 2],
+        places: &[[usize; 2]],
         stats: &mut FrameStats,
     ) -> Vec<DrawnTile> {
-        let grid = TileGrid::new(camera.width as usize, camera.height as usize);
         let clip = self.options.clip.in_grid(&DAffine3::IDENTITY);
         let job = TileJob {
             camera,
@@ -123,13 +160,6 @@ impl GaussianRenderer {
             clip: &clip,
             options: &self.options,
         };
-        let (columns, rows) = (
-            first[0] / TILE_PX..(first[0] + size[0]).div_ceil(TILE_PX).min(grid.columns()),
-            first[1] / TILE_PX..(first[1] + size[1]).div_ceil(TILE_PX).min(grid.rows()),
-        );
-        let places: Vec<[usize; 2]> = rows
-            .flat_map(|row| columns.clone().map(move |column| [column, row]))
-            .collect();
         let level = self.options.simd.resolve();
         let drawn: Vec<_> = places
             .par_iter()
@@ -162,27 +192,47 @@ impl GaussianRenderer {
 
     fn picture(&self, tiles: &[DrawnTile], first: [usize; 2], size: [usize; 2]) -> Image {
         let mut image = Image::transparent(size[0], size[1]);
-        let mut depths = match self.options.depth {
-            DepthPlane::None => Vec::new(),
-            DepthPlane::Expected => vec![f32::INFINITY; size[0] * size[1]],
+        let nothing = || vec![f32::INFINITY; size[0] * size[1]];
+        image.depth = (self.options.depth != DepthPlane::None).then(nothing);
+        let layers = self.options.layers.iter();
+        let plane = |layer: &GaussianLayer| Plane {
+            name: layer.channel().to_owned(),
+            values: nothing(),
         };
-        for tile in tiles.iter().filter(|tile| !tile.pixels.is_empty()) {
+        image.planes = layers.map(plane).collect();
+        for tile in tiles {
             for (at, pixel) in tile.pixels.iter().enumerate() {
                 let x = tile.place[0] * TILE_PX + at % TILE_PX - first[0];
                 let y = tile.place[1] * TILE_PX + at / TILE_PX - first[1];
-                if x >= size[0] || y >= size[1] {
-                    continue;
-                }
-                image.rgba[y * size[0] + x] = linear(pixel.rgba, self.gaussians.blend_space);
-                if let (Some(depth), true) = (depths.get_mut(y * size[0] + x), pixel.rgba[3] > 0.0)
-                {
-                    *depth = pixel.depth / pixel.rgba[3];
+                if x < size[0] && y < size[1] && pixel.rgba[3] > 0.0 {
+                    self.put(&mut image, y * size[0] + x, pixel);
                 }
             }
         }
-        image.depth = (self.options.depth != DepthPlane::None).then_some(depths);
         image
     }
+
+    /// Puts a pixel that shows something at its place.
+    fn put(&self, image: &mut Image, at: usize, pixel: &BlendPixel) {
+        image.rgba[at] = linear(pixel.rgba, self.gaussians.blend_space);
+        if let Some(depth) = &mut image.depth {
+            depth[at] = pixel.depth / pixel.rgba[3];
+        }
+        for (layer, plane) in self.options.layers.iter().zip(&mut image.planes) {
+            plane.values[at] = match layer {
+                GaussianLayer::MedianDepth => pixel.median,
+            };
+        }
+    }
+}
+
+/// Column and row of the tiles of a part of the picture.
+fn tile_places(camera: &Camera, first: [usize; 2], size: [usize; 2]) -> Vec<[usize; 2]> {
+    let grid = TileGrid::new(camera.width as usize, camera.height as usize);
+    let columns = first[0] / TILE_PX..(first[0] + size[0]).div_ceil(TILE_PX).min(grid.columns());
+    let rows = first[1] / TILE_PX..(first[1] + size[1]).div_ceil(TILE_PX).min(grid.rows());
+    rows.flat_map(|row| columns.clone().map(move |column| [column, row]))
+        .collect()
 }
 
 /// A pixel of the blend space in linear light, times opacity.

@@ -1,29 +1,14 @@
-//! The profile of a Gaussian along a ray, cut off at three standard deviations, and its optical depth: polynomials for vectors.
+//! The profile of a Gaussian along a ray, and its optical depth: polynomials for vectors.
+//!
+//! The profile is a parabola with the Gaussian's mean and standard deviation, (3/4) (1 - x^2) with x = 1 at sqrt(5) standard
+//! deviations (Epanechnikov 1969): where two overlap, the share that lies before the other differs from that of Gaussians by at most
+//! 0.02.
 
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 
-/// Where the profile ends, standard deviations. What lies beyond, 0.27 %, is spread over the rest.
-pub(crate) const REACH: f32 = 3.0;
-
-/// Share of the profile before x, less a half, over x: in powers of x^2. Least greatest error over the reach, scaled so that
-/// the shares of both ends are 0 and 1: 3e-4.
-const SHARE: [f32; 5] = [
-    0.398_816_63,
-    -0.064_121_55,
-    0.008_174_415,
-    -0.000_610_624_8,
-    1.950_341_2e-5,
-];
-
-/// Integral of x over the profile before x, over x^2 - 9: in powers of x^2. Greatest error 3e-4.
-const MOMENT: [f32; 5] = [
-    0.043_918_233,
-    -0.017_035_138,
-    0.003_216_834_3,
-    -0.000_323_341_92,
-    1.344_628_6e-5,
-];
+/// Where the profile ends, standard deviations.
+pub(crate) const REACH: f64 = 2.236_067_977_499_79;
 
 /// ln(1 + t) / t for t between sqrt(1/2) - 1 and sqrt(2) - 1: greatest relative error 8e-6.
 const LN1P: [f32; 6] = [
@@ -45,13 +30,16 @@ fn polynomial<S: Simd>(simd: S, x: f32x16<S>, coefficients: &[f32]) -> f32x16<S>
     sum
 }
 
-/// Share of the profile before `x` standard deviations, -3..3, and the integral of x over that part.
+/// Share of the profile before `x` of its half length, -1..1, and the integral of x over that part.
 #[inline(always)]
 pub(crate) fn share_and_moment<S: Simd>(simd: S, x: f32x16<S>) -> (f32x16<S>, f32x16<S>) {
+    let splat = |value: f32| f32x16::splat(simd, value);
     let square = x * x;
-    let share = polynomial(simd, square, &SHARE).mul_add(x, f32x16::splat(simd, 0.5));
-    let moment = polynomial(simd, square, &MOMENT) * (square - REACH * REACH);
-    (share, moment)
+    let share = square
+        .mul_add(splat(-0.25), splat(0.75))
+        .mul_add(x, splat(0.5));
+    let left = splat(1.0) - square;
+    (share, left * left * -0.1875)
 }
 
 /// -ln(1 - opacity) for opacities of 0 to 1 - 2^-20, to 1e-5 relative and 1e-7.

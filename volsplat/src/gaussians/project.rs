@@ -9,12 +9,16 @@ use resample_core::{Camera, Projection};
 use resample_volume::Gaussians;
 
 use crate::gaussians::profile::REACH;
+use crate::gaussians::ray_form::adjugate;
 
 /// Gaussians of a chunk: enough that a chunk's lists cost little, few enough that all threads have work.
-const CHUNK: usize = 1 << 14;
+pub(crate) const CHUNK: usize = 1 << 14;
 
-/// A Gaussian whose opacity is below this in a pixel adds nothing there: an eighth of a step of an 8-bit picture.
+/// A Gaussian whose opacity is below this in a pixel adds nothing there: a quarter of a step of an 8-bit picture.
 pub(crate) const LEAST_OPACITY: f64 = 1.0 / 2048.0;
+
+/// Its log2.
+pub(crate) const LEAST_EXPONENT: f32 = -11.0;
 
 /// Standard deviation of the pixel's Gaussian, px.
 pub(crate) const PIXEL_SIGMA_PX: f64 = 0.5;
@@ -28,6 +32,8 @@ pub(crate) struct InView {
     pub(crate) axes: [[f32; 3]; 3],
     /// Opacity at the centre, 0..1.
     pub(crate) opacity: f32,
+    /// Square of the footprint's area, as the adjugate of the covariance has it towards the centre.
+    pub(crate) area2: f64,
     /// Colour in the blend space.
     pub(crate) colour: [f32; 3],
     /// First and last pixel column and row, the last exclusive.
@@ -38,11 +44,21 @@ pub(crate) struct InView {
 }
 
 impl InView {
-    /// Covariance, world units squared.
-    pub(crate) fn covariance(&self) -> DMat3 {
-        let [a, b, c] = self.axes.map(|axis| Vec3::from_array(axis).as_dvec3());
-        let axes = DMat3::from_cols(a, b, c);
-        axes * axes.transpose()
+    /// Covariance, world units squared, with variances along camera x and y added.
+    #[inline(always)]
+    pub(crate) fn widened(&self, [wide_x, wide_y]: [f64; 2]) -> DMat3 {
+        let [a, b, c] = &self.axes;
+        let (a, b, c) = (
+            Vec3::from_array(*a),
+            Vec3::from_array(*b),
+            Vec3::from_array(*c),
+        );
+        let (a, b, c) = (a.as_dvec3(), b.as_dvec3(), c.as_dvec3());
+        DMat3::from_cols(
+            a * a.x + b * b.x + c * c.x + DVec3::X * wide_x,
+            a * a.y + b * b.y + c * c.y + DVec3::Y * wide_y,
+            a * a.z + b * b.z + c * c.z,
+        )
     }
 
     /// Centre, world units.
@@ -89,9 +105,21 @@ impl Binned {
     }
 }
 
+/// A Gaussian in camera space.
+pub(crate) struct Placed {
+    /// Centre, world units.
+    pub(crate) centre: DVec3,
+    /// Its axes, each as long as its standard deviation, world units.
+    pub(crate) axes: DMat3,
+    /// Opacity at the centre, 0..1.
+    pub(crate) opacity: f64,
+    /// Colour towards the eye, in the blend space.
+    pub(crate) colour: Vec3,
+}
+
 /// Camera and eye, which all Gaussians of a frame share.
-struct View<'a> {
-    camera: &'a Camera,
+pub(crate) struct View<'a> {
+    pub(crate) camera: &'a Camera,
     camera_from_world: DMat3,
     /// Origin of the Gaussians in camera space, world units.
     origin: DVec3,
@@ -101,7 +129,7 @@ struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    fn new(gaussians: &Gaussians, camera: &'a Camera) -> Self {
+    pub(crate) fn new(gaussians: &Gaussians, camera: &'a Camera) -> Self {
         let to_camera = camera.camera_from_world;
         Self {
             camera,
@@ -112,42 +140,61 @@ impl<'a> View<'a> {
         }
     }
 
-    /// A Gaussian in camera space with the camera z at which it begins; `None` where nothing of it is seen.
-    fn project(&self, gaussians: &Gaussians, index: usize) -> Option<(InView, f32)> {
+    /// A Gaussian in camera space.
+    pub(crate) fn placed(&self, gaussians: &Gaussians, index: usize) -> Placed {
         let gaussian = gaussians.get(index);
-        let opacity = f64::from(gaussian.opacity);
-        if opacity < LEAST_OPACITY {
-            return None;
-        }
-        let centre = self.origin + self.camera_from_world * gaussian.centre.as_dvec3();
         let rotation = self.camera_from_world * DMat3::from_quat(quaternion(&gaussian.rotation));
         let scales = gaussian.scales.as_dvec3();
-        let axes = DMat3::from_cols(
-            rotation.x_axis * scales.x,
-            rotation.y_axis * scales.y,
-            rotation.z_axis * scales.z,
-        );
-        let covariance = axes * axes.transpose();
-        let reach_z = covariance.z_axis.z.sqrt() * f64::from(REACH);
-        if !(centre.z + reach_z > self.camera.near) {
-            return None;
-        }
-        let (columns, rows) = self.pixels(centre, covariance, opacity)?;
         let direction = match self.camera.projection {
             Projection::Perspective => (gaussian.centre - self.eye).normalize_or(self.forward),
             Projection::Orthographic => self.forward,
         };
+        Placed {
+            centre: self.origin + self.camera_from_world * gaussian.centre.as_dvec3(),
+            axes: DMat3::from_cols(
+                rotation.x_axis * scales.x,
+                rotation.y_axis * scales.y,
+                rotation.z_axis * scales.z,
+            ),
+            opacity: f64::from(gaussian.opacity),
+            colour: gaussians.colour_towards(index, direction),
+        }
+    }
+
+    /// A Gaussian in view with the camera z at which it begins; `None` where nothing of it is seen.
+    fn project(&self, gaussians: &Gaussians, index: usize) -> Option<(InView, f32)> {
+        if f64::from(gaussians.get(index).opacity) < LEAST_OPACITY {
+            return None;
+        }
+        let placed = self.placed(gaussians, index);
+        let (centre, axes) = (placed.centre, placed.axes);
+        let covariance = axes * axes.transpose();
+        let reach_z = covariance.z_axis.z.sqrt() * REACH;
+        if !(centre.z + reach_z > self.camera.near) {
+            return None;
+        }
+        let (columns, rows) = self.pixels(centre, covariance, placed.opacity)?;
         let in_view = InView {
             centre: centre.as_vec3().to_array(),
             axes: [axes.x_axis, axes.y_axis, axes.z_axis].map(|axis| axis.as_vec3().to_array()),
-            opacity: gaussian.opacity,
-            colour: gaussians.colour_towards(index, direction).to_array(),
+            opacity: single(placed.opacity),
+            area2: self.area2(centre, &axes),
+            colour: placed.colour.to_array(),
             columns,
             rows,
             minor_px: self.minor_px(centre, &covariance),
         };
         let near_z = (centre.z - reach_z).max(self.camera.near);
         Some((in_view, single(near_z)))
+    }
+
+    /// Of the axes' adjugate rather than the covariance's, which would lose thin ones.
+    fn area2(&self, centre: DVec3, axes: &DMat3) -> f64 {
+        let towards = match self.camera.projection {
+            Projection::Perspective => centre,
+            Projection::Orthographic => DVec3::Z,
+        };
+        (adjugate(axes).transpose() * towards).length_squared()
     }
 
     /// The pixels of the picture in which the Gaussian, widened by the pixel's Gaussian, may have the least opacity.

@@ -6,11 +6,14 @@
 //! numerators and denominators are polynomials of the pixel of degree at most 2. They are expanded about the tile's centre in f64,
 //! so that f32 loses nothing in the tile: no term is much greater than the sum.
 
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
 use glam::{DMat3, DVec2, DVec3};
 use resample_core::narrow::single;
 use resample_core::{Camera, Projection};
 
-use crate::gaussians::project::{InView, LEAST_OPACITY, pixel_variance};
+use crate::gaussians::profile::REACH;
+use crate::gaussians::project::{InView, LEAST_EXPONENT, pixel_variance};
 
 /// Least standard deviation along a ray, as a share of the depth: what f32 tells apart.
 const THINNEST: f64 = 1e-6;
@@ -27,29 +30,45 @@ pub(crate) struct RayForm {
     pub(crate) density: [f32; 6],
     /// Of d'K(m - o): 1, x, y.
     pub(crate) peak: [f32; 3],
-    /// The square of 1 / (standard deviation along the ray) over d'Kd.
+    /// 1 / (half length along the ray) over the square root of d'Kd, and its greatest value.
     pub(crate) sharpness: f32,
-    /// Greatest squared reciprocal of the standard deviation.
     pub(crate) sharpest: f32,
     /// log2 of the opacity at q = 0.
     pub(crate) log2_opacity: f32,
     /// Colour in the blend space.
     pub(crate) colour: [f32; 3],
-    /// The 4x4-pixel blocks of the tile that it may touch, one bit each, by rows.
-    pub(crate) blocks: u16,
 }
 
-/// The tile's place in the picture.
+/// The tile's place in the picture, and its rays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TilePlace {
     /// First column and row, px.
     pub(crate) first: [usize; 2],
-    /// Its centre, px.
-    pub(crate) centre: DVec2,
+    projection: Projection,
+    /// Origin and direction of the ray at the tile's centre, camera space.
+    origin: DVec3,
+    direction: DVec3,
+    /// Steps of the rays per px along x and y.
+    step: DVec2,
+}
+
+impl TilePlace {
+    pub(crate) fn new(camera: &Camera, first: [usize; 2], side: usize) -> Self {
+        let corner = DVec2::new(first[0] as f64, first[1] as f64);
+        let (origin, direction) = camera.ray_in_camera(corner + 0.5 * side as f64);
+        Self {
+            first,
+            projection: camera.projection,
+            origin,
+            direction,
+            step: 1.0 / DVec2::new(camera.fx, camera.fy),
+        }
+    }
 }
 
 impl RayForm {
     /// The Gaussian, widened by a pixel's Gaussian; `None` where it is too faint to be seen.
+    #[inline]
     pub(crate) fn new(
         in_view: &InView,
         camera: &Camera,
@@ -57,49 +76,81 @@ impl RayForm {
         sigma_px: f64,
     ) -> Option<Self> {
         let centre = in_view.centre();
-        let sharp = in_view.covariance();
-        let mut covariance = sharp;
-        let [wide_x, wide_y] = pixel_variance(camera, centre.z, sigma_px);
-        covariance.x_axis.x += wide_x;
-        covariance.y_axis.y += wide_y;
+        let covariance = in_view.widened(pixel_variance(camera, centre.z, sigma_px));
         let adjugate = adjugate(&covariance);
-        let opacity = f64::from(in_view.opacity)
-            * kept_share(camera, centre, &self::adjugate(&sharp), &adjugate);
-        if opacity < LEAST_OPACITY {
+        let towards = match place.projection {
+            Projection::Perspective => centre,
+            Projection::Orthographic => DVec3::Z,
+        };
+        // The footprint's area before and after.
+        let area2 = towards.dot(adjugate * towards);
+        let kept = (in_view.area2 / area2).clamp(0.0, 1.0).sqrt();
+        let opacity = f64::from(in_view.opacity) * kept;
+        let log2_opacity = single(opacity.min(MOST_OPACITY)).log2();
+        if !(log2_opacity >= LEAST_EXPONENT) {
             return None;
         }
-        let rays = Rays::new(camera, place, centre);
+        let rays = Rays::new(place, centre);
+        let density = quadratic(&adjugate, &rays.direction);
         let determinant = covariance.x_axis.dot(adjugate.x_axis);
-        let density = rays.density(&adjugate);
         let scale = 1.0 / density[0];
-        let all = |polynomial: [f64; 6]| polynomial.map(|c| single(c * scale));
-        let sharpest = 1.0 / (THINNEST * centre.z.abs().max(camera.near.abs())).powi(2);
+        let sharpest = 1.0 / (REACH * THINNEST * centre.z.abs().max(camera.near.abs()));
+        let sharpness = (density[0] / determinant).sqrt() * (1.0 / REACH);
         Some(Self {
-            distance: all(rays.distance(&covariance)),
-            density: all(density),
-            peak: rays.peak(&adjugate).map(|c| single(c * scale)),
-            sharpness: single((density[0] / determinant).min(sharpest)),
+            distance: scaled(&quadratic(&covariance, &rays.across), scale),
+            density: scaled(&density, scale),
+            peak: scaled(&rays.peak(&adjugate), scale),
+            sharpness: single(sharpness.min(sharpest)),
             sharpest: single(sharpest),
-            log2_opacity: single(opacity.min(MOST_OPACITY).log2()),
+            log2_opacity,
             colour: in_view.colour,
-            blocks: blocks(in_view, place),
         })
+    }
+
+    /// The blocks that the Gaussian may touch, one bit each: `x` and `y` are their centres in px from the tile's, and their rays lie
+    /// at most `half` px from these along each axis.
+    ///
+    /// The square root of w'Sw is a norm of w, so that it changes by at most that of w's own change; d'Kd is convex, so that it is
+    /// greatest at a corner of the tile.
+    #[inline(always)]
+    pub(crate) fn blocks<S: Simd>(
+        &self,
+        simd: S,
+        [x, y]: [f32x16<S>; 2],
+        [half, tile_half]: [f32; 2],
+    ) -> u16 {
+        /// 2 ln 2: q at which an opacity has fallen by a power of two.
+        const Q_PER_OCTAVE: f32 = 2.0 * std::f32::consts::LN_2;
+        let [.., a, b, c] = self.distance;
+        let change = half * (a + c + b.abs()).max(0.0).sqrt();
+        let [d0, d1, d2, d3, d4, d5] = self.density;
+        let h = tile_half;
+        let most = d0 + h * (d1.abs() + d2.abs()) + h * h * (d3 + d5 + d4.abs());
+        let q = (self.log2_opacity - LEAST_EXPONENT) * Q_PER_OCTAVE;
+        // Rounding of the polynomials: a hundredth.
+        let reach = 1.01 * (change + (q * most).max(0.0).sqrt());
+        let near =
+            polynomial(simd, &self.distance, x, y).simd_le(f32x16::splat(simd, reach * reach));
+        near.to_bitmask() as u16
     }
 }
 
-/// The share of the opacity that widening leaves: the footprint's area before, over that after.
-fn kept_share(camera: &Camera, centre: DVec3, sharp: &DMat3, wide: &DMat3) -> f64 {
-    let towards = match camera.projection {
-        Projection::Perspective => centre,
-        Projection::Orthographic => DVec3::Z,
-    };
-    let area2 = |adjugate: &DMat3| towards.dot(*adjugate * towards);
-    let (before, after) = (area2(sharp), area2(wide));
-    if after > before {
-        (before / after).max(0.0).sqrt()
-    } else {
-        1.0
+#[inline(always)]
+fn scaled<const N: usize>(polynomial: &[f64; N], scale: f64) -> [f32; N] {
+    let mut scaled = [0.0; N];
+    for (to, from) in scaled.iter_mut().zip(polynomial) {
+        *to = single(from * scale);
     }
+    scaled
+}
+
+/// A polynomial at places in px from the tile's centre.
+#[inline(always)]
+pub(crate) fn polynomial<S: Simd>(simd: S, c: &[f32; 6], x: f32x16<S>, y: f32x16<S>) -> f32x16<S> {
+    let splat = |value: f32| f32x16::splat(simd, value);
+    let along_x = x.mul_add(splat(c[3]), y.mul_add(splat(c[4]), splat(c[1])));
+    let along_y = y.mul_add(splat(c[5]), splat(c[2]));
+    x.mul_add(along_x, y.mul_add(along_y, splat(c[0])))
 }
 
 /// The rays of a tile relative to a Gaussian's centre, per px along x and y.
@@ -113,41 +164,38 @@ struct Rays {
 }
 
 impl Rays {
-    fn new(camera: &Camera, place: &TilePlace, centre: DVec3) -> Self {
-        let (origin, direction) = camera.ray_in_camera(place.centre);
-        let (step_x, step_y) = (DVec3::X / camera.fx, DVec3::Y / camera.fy);
-        let to_centre = centre - origin;
-        match camera.projection {
+    #[inline(always)]
+    fn new(place: &TilePlace, centre: DVec3) -> Self {
+        let d = place.direction;
+        let (step_x, step_y) = (DVec3::X * place.step.x, DVec3::Y * place.step.y);
+        let m = centre - place.origin;
+        match place.projection {
             Projection::Perspective => Self {
-                direction: [direction, step_x, step_y],
-                across: [direction, step_x, step_y].map(|d| d.cross(to_centre)),
-                to_centre: [to_centre, DVec3::ZERO, DVec3::ZERO],
+                direction: [d, step_x, step_y],
+                across: [d.cross(m), step_x.cross(m), step_y.cross(m)],
+                to_centre: [m, DVec3::ZERO, DVec3::ZERO],
             },
             Projection::Orthographic => Self {
-                direction: [direction, DVec3::ZERO, DVec3::ZERO],
-                across: [to_centre, -step_x, -step_y].map(|m| direction.cross(m)),
-                to_centre: [to_centre, -step_x, -step_y],
+                direction: [d, DVec3::ZERO, DVec3::ZERO],
+                across: [d.cross(m), d.cross(-step_x), d.cross(-step_y)],
+                to_centre: [m, -step_x, -step_y],
             },
         }
     }
 
-    fn distance(&self, covariance: &DMat3) -> [f64; 6] {
-        quadratic(covariance, &self.across)
-    }
-
-    fn density(&self, adjugate: &DMat3) -> [f64; 6] {
-        quadratic(adjugate, &self.direction)
-    }
-
     /// Linear in both projections: in one the direction changes, in the other the origin.
+    #[inline(always)]
     fn peak(&self, adjugate: &DMat3) -> [f64; 3] {
         let [d, dx, dy] = self.direction;
-        let [m, mx, my] = self.to_centre.map(|m| *adjugate * m);
-        [d.dot(m), dx.dot(m) + d.dot(mx), dy.dot(m) + d.dot(my)]
+        let [m, mx, my] = self.to_centre;
+        let kd = *adjugate * d;
+        let km = *adjugate * m;
+        [d.dot(km), dx.dot(km) + kd.dot(mx), dy.dot(km) + kd.dot(my)]
     }
 }
 
 /// v'Mv of v = a + b x + c y.
+#[inline(always)]
 fn quadratic(matrix: &DMat3, [a, b, c]: &[DVec3; 3]) -> [f64; 6] {
     let (ma, mb, mc) = (*matrix * *a, *matrix * *b, *matrix * *c);
     [
@@ -160,23 +208,11 @@ fn quadratic(matrix: &DMat3, [a, b, c]: &[DVec3; 3]) -> [f64; 6] {
     ]
 }
 
-fn adjugate(m: &DMat3) -> DMat3 {
+#[inline(always)]
+pub(crate) fn adjugate(m: &DMat3) -> DMat3 {
     DMat3::from_cols(
         m.y_axis.cross(m.z_axis),
         m.z_axis.cross(m.x_axis),
         m.x_axis.cross(m.y_axis),
     )
-}
-
-/// The blocks of the tile that the pixels of the Gaussian meet.
-fn blocks(in_view: &InView, place: &TilePlace) -> u16 {
-    let along = |pixels: [u16; 2], first: usize| {
-        let begin = usize::from(pixels[0]).max(first) - first;
-        let end = (usize::from(pixels[1]).min(first + 16)).saturating_sub(first);
-        (begin / 4, end.div_ceil(4))
-    };
-    let (x0, x1) = along(in_view.columns, place.first[0]);
-    let (y0, y1) = along(in_view.rows, place.first[1]);
-    let row = ((1u32 << x1) - (1 << x0)) as u16;
-    (y0..y1).fold(0, |mask, y| mask | row << (4 * y))
 }

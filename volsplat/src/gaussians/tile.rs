@@ -1,5 +1,6 @@
 //! One tile of a picture of Gaussians: its list in the order in which they begin, its blocks, its pixels.
 
+use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 use glam::DVec2;
@@ -18,6 +19,9 @@ use crate::look::clip::GridClip;
 
 /// Side of a block, px.
 const BLOCK_PX: usize = 4;
+
+/// Blocks of a tile.
+const BLOCKS: usize = TILE_AREA / LANES;
 
 /// Standard deviation of the Gaussian of one of four samples, px: together with their spread they have that of the pixel.
 const SAMPLE_SIGMA_PX: f64 = 0.2;
@@ -63,51 +67,86 @@ struct TileList {
     /// Entries that were made ready, or left out as too faint.
     begun: usize,
     forms: Vec<RayForm>,
-    begin_z: Vec<f32>,
+    /// For each block the camera z at which one begins, and its place among the forms.
+    of_block: [Vec<(f32, u32)>; BLOCKS],
 }
 
-struct ReadyForms<'a> {
+impl TileList {
+    fn clear(&mut self) {
+        self.begun = 0;
+        self.forms.clear();
+        self.of_block.iter_mut().for_each(Vec::clear);
+    }
+}
+
+struct ReadyForms<'a, S: Simd> {
+    simd: S,
     list: &'a mut TileList,
     job: &'a TileJob<'a>,
     place: &'a TilePlace,
     sigma_px: f64,
+    /// Farthest that a sample lies from its pixel's centre along an axis, px.
+    offset_px: f64,
 }
 
-impl ReadyForms<'_> {
+impl<S: Simd> ReadyForms<'_, S> {
+    #[inline(always)]
     fn make_ready(&mut self) {
+        let (x, y) = block_centres(self.simd);
+        let half = single(0.5 * (BLOCK_PX as f64 - 1.0) + self.offset_px);
+        let tile_half = single(0.5 * (TILE_PX as f64 - 1.0) + self.offset_px);
         let end = (self.list.begun + BATCH).min(self.list.entries.len());
-        for at in self.list.begun..end {
-            let entry = self.list.entries[at];
-            let in_view = in_view(self.job.binned, entry);
-            if let Some(form) = RayForm::new(in_view, self.job.camera, self.place, self.sigma_px) {
-                self.list.forms.push(form);
-                self.list.begin_z.push(f32::from_bits(entry_key(entry)));
+        // They lie far apart in memory, and are fetched together.
+        let entries = &self.list.entries[self.list.begun..end];
+        let mut fetched = [InView::default(); BATCH];
+        for (to, entry) in fetched.iter_mut().zip(entries) {
+            *to = *in_view(self.job.binned, *entry);
+        }
+        for (in_view, entry) in fetched.iter().zip(entries) {
+            let form = RayForm::new(in_view, self.job.camera, self.place, self.sigma_px);
+            let Some(form) = form else { continue };
+            let mut blocks = form.blocks(self.simd, [x, y], [half, tile_half]);
+            if blocks == 0 {
+                continue;
             }
+            let own = (
+                f32::from_bits(entry_key(*entry)),
+                self.list.forms.len() as u32,
+            );
+            while blocks != 0 {
+                self.list.of_block[blocks.trailing_zeros() as usize].push(own);
+                blocks &= blocks - 1;
+            }
+            self.list.forms.push(form);
         }
         self.list.begun = end;
     }
 }
 
-impl Forms for ReadyForms<'_> {
-    #[inline]
-    fn next(&mut self, block: usize, mut at: usize) -> Option<(usize, f32)> {
-        loop {
-            while at < self.list.forms.len() {
-                if self.list.forms[at].blocks >> block & 1 == 1 {
-                    return Some((at, self.list.begin_z[at]));
-                }
-                at += 1;
-            }
+impl<S: Simd> Forms for ReadyForms<'_, S> {
+    #[inline(always)]
+    fn of_block(&mut self, block: usize, at: usize) -> Option<(&RayForm, f32)> {
+        while at >= self.list.of_block[block].len() {
             if self.list.begun == self.list.entries.len() {
                 return None;
             }
             self.make_ready();
         }
+        let (begin, form) = self.list.of_block[block][at];
+        Some((&self.list.forms[form as usize], begin))
     }
+}
 
-    fn form(&self, at: usize) -> &RayForm {
-        &self.list.forms[at]
+/// The centres of the blocks, px from the tile's centre.
+#[inline(always)]
+fn block_centres<S: Simd>(simd: S) -> (f32x16<S>, f32x16<S>) {
+    let (mut x, mut y) = ([0.0; BLOCKS], [0.0; BLOCKS]);
+    for block in 0..BLOCKS {
+        let middle =
+            corner(block).map(|first| (first + BLOCK_PX / 2) as f32 - 0.5 * TILE_PX as f32);
+        [x[block], y[block]] = middle;
     }
+    (f32x16::from_slice(simd, &x), f32x16::from_slice(simd, &y))
 }
 
 fn in_view(binned: &Binned, entry: u64) -> &InView {
@@ -133,10 +172,7 @@ pub(crate) fn draw_tile<S: Simd>(
     }
     sort_by_depth(entries, &mut scratch.sorted);
     let first = [column * TILE_PX, row * TILE_PX];
-    let place = TilePlace {
-        first,
-        centre: DVec2::new(first[0] as f64, first[1] as f64) + 0.5 * TILE_PX as f64,
-    };
+    let place = TilePlace::new(job.camera, first, TILE_PX);
     scratch.pixels.clear();
     scratch.pixels.resize(TILE_AREA, BlendPixel::default());
     match samples(job, &scratch.list.entries) {
@@ -155,12 +191,12 @@ pub(crate) fn draw_tile<S: Simd>(
 /// How many samples the pixels of a tile take.
 fn samples(job: &TileJob, entries: &[u64]) -> PixelSamples {
     /// Footprints below this standard deviation are changed by widening so much that what lies behind them shows through.
-    const SMALL_PX: f32 = 1.0;
+    const SMALL_PX: f32 = 0.5;
     match job.options.samples {
         PixelSamples::Auto => {
             let is_small = |entry: &&u64| in_view(job.binned, **entry).minor_px < SMALL_PX;
             let small = entries.iter().filter(is_small).count();
-            if 4 * small > entries.len() {
+            if 2 * small > entries.len() {
                 PixelSamples::Four
             } else {
                 PixelSamples::One
@@ -189,18 +225,18 @@ fn draw_blocks<S: Simd>(
         work,
         ..
     } = scratch;
-    list.begun = 0;
-    list.forms.clear();
-    list.begin_z.clear();
+    list.clear();
     let mut forms = ReadyForms {
+        simd,
         list,
         job,
         place,
         sigma_px,
+        offset_px: offsets[0][0].abs(),
     };
     let share = 1.0 / offsets.len() as f32;
-    for block in 0..TILE_AREA / LANES {
-        if forms.next(block, 0).is_none() {
+    for block in 0..BLOCKS {
+        if forms.of_block(block, 0).is_none() {
             continue;
         }
         for offset in offsets {

@@ -8,7 +8,8 @@ use clap::{Args, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use crate::args::{
-    Drawing, PointsArgs, TexmapArgs, VolsplatArgs, VolumeArgs, Warp3dArgs, short_help,
+    Drawing, GaussiansArgs, PointsArgs, TexmapArgs, VolsplatArgs, VolumeArgs, Warp3dArgs,
+    short_help,
 };
 use crate::values;
 use crate::values::input_file::InputFile;
@@ -123,7 +124,7 @@ pub struct DemoArgs {
 /// Options of `resample info`.
 #[derive(Args, Clone, Debug)]
 pub struct InfoArgs {
-    /// Volume, mesh, scan, picture or depth; a folder of slices, or a pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
+    /// Volume, 3-D Gaussians, mesh, scan, picture or depth; a folder of slices, or a pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
     #[arg(value_name = "FILE[#PART]", value_parser = input_file::parser())]
     pub input: InputFile,
     /// Print JSON
@@ -162,6 +163,9 @@ pub enum Measured {
     /// Measure how a volume is drawn
     #[command(mut_args(short_help::volsplat), mut_arg("output", unwritten), mut_arg("input", |input| input.required(false).default_value("").hide_default_value(true)))]
     Volsplat(Box<MeasuredVolume>),
+    /// Measure how 3-D Gaussians are drawn
+    #[command(mut_args(short_help::gaussians), mut_arg("output", unwritten))]
+    Gaussians(Box<MeasuredGaussians>),
     /// Measure how a picture with depth is shown
     #[command(
         name = "warp3d",
@@ -198,6 +202,15 @@ pub struct MeasuredVolume {
     scene: Option<SceneArg>,
     #[command(flatten, next_help_heading = None::<&str>)]
     drawing: VolsplatArgs,
+}
+
+/// Gaussians and the measurement.
+#[derive(Args, Clone, Debug)]
+pub struct MeasuredGaussians {
+    #[command(flatten)]
+    measurement: TradeOptions,
+    #[command(flatten, next_help_heading = None::<&str>)]
+    drawing: GaussiansArgs,
 }
 
 /// A picture with depth and the measurement.
@@ -275,6 +288,11 @@ impl TradeArgs {
                 Drawing::Volsplat(Box::new(args.drawing)),
                 args.scene,
             ),
+            Measured::Gaussians(args) => (
+                args.measurement,
+                Drawing::Gaussians(Box::new(args.drawing)),
+                None,
+            ),
             Measured::Warp3d(args) => (
                 args.measurement,
                 Drawing::Warp3d(Box::new(args.drawing)),
@@ -295,7 +313,7 @@ pub struct ViewArgs {
     /// How the page is served.
     #[command(flatten)]
     pub serve: ServeArgs,
-    /// A volume, a mesh, a scan, or a picture and its depth; then any options of volsplat, texmap, points or warp3d
+    /// A volume, 3-D Gaussians, a mesh, a scan, or a picture and its depth; then any options of the command that draws it
     #[arg(value_name = "FILE [OPTIONS]", required = true, num_args = 1.., trailing_var_arg = true, allow_hyphen_values = true)]
     pub words: Vec<OsString>,
 }

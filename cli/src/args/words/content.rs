@@ -1,7 +1,8 @@
 //! Finds the command of a file by its content.
 //!
-//! Takes names as they are typed, gives the application. Volumes are asked first, because their marks are the surest;
-//! then scans that have a mark, meshes, pictures, and rows of numbers. An ending decides nothing.
+//! Takes names as they are typed, gives the application. Gaussians are asked first, because they come within files of other kinds;
+//! then volumes, whose marks are the surest, then scans that have a mark, meshes, pictures; at last rows of numbers, and Gaussians in a
+//! file without a mark. An ending decides nothing.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -10,10 +11,11 @@ use anyhow::{Result, bail};
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
 use resample_io::{exr, files};
+use volsplat::GaussianFormat;
 use volsplat::input::Format;
 use warp3d::input::clouds::{CloudFormat, cloud_format_of};
 
-use crate::args::{Drawing, PointsArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
+use crate::args::{Drawing, GaussiansArgs, PointsArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
 use crate::values::input_file::InputFile;
 
 /// The content of a file.
@@ -21,6 +23,8 @@ use crate::values::input_file::InputFile;
 pub(crate) enum Content {
     /// A volume, or slices of one.
     Volume,
+    /// 3-D Gaussians.
+    Gaussians,
     /// A mesh.
     Mesh,
     /// A scan of points.
@@ -41,6 +45,10 @@ const HEAD_BYTES: u64 = 64;
 impl Content {
     /// The content of a file, a folder or a pattern.
     pub(crate) fn of(path: &Path) -> Result<Self> {
+        let gaussians = gaussian_format(path)?;
+        if gaussians.is_some_and(|format| format != GaussianFormat::Splat) {
+            return Ok(Self::Gaussians);
+        }
         match volsplat::input::format_of(path)? {
             Some(Format::Tiff) if path.is_file() => return Ok(of_tiff(path)),
             Some(Format::Npy) => return of_array(path),
@@ -66,9 +74,18 @@ impl Content {
             }
             Ok(_) => Self::Picture,
             Err(_) if scan.is_some() => Self::Points,
+            Err(_) if gaussians.is_some() => Self::Gaussians,
             Err(_) => Self::Unknown,
         })
     }
+}
+
+/// The format of a file of Gaussians, or of a folder; patterns name none.
+fn gaussian_format(path: &Path) -> Result<Option<GaussianFormat>> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    Ok(volsplat::gaussian_format_of(path)?)
 }
 
 /// The application that draws what the words name, and the words with its files: names come before options.
@@ -91,6 +108,7 @@ pub(crate) fn drawn(words: &[OsString]) -> Result<(Application, Vec<OsString>)> 
     let name = path.display();
     match (content, names.len()) {
         (Content::Volume | Content::Unknown, _) => is(Application::Volume),
+        (Content::Gaussians, _) => is(Application::Gaussians),
         (Content::Mesh, _) => is(Application::Mesh),
         (Content::Points, _) => is(Application::Points),
         (Content::PictureAndDepth, 1) => {
@@ -193,6 +211,61 @@ fn of_scan(mut words: Vec<OsString>, at: usize) -> Vec<OsString> {
     words
 }
 
+/// The words of this process, with `gaussians` in place of `volsplat` where that, or `trade volsplat`, is to draw a file of Gaussians.
+pub(crate) fn of_gaussians(mut words: Vec<OsString>) -> Vec<OsString> {
+    let Some(first) = first_name(&words) else {
+        return words;
+    };
+    let command = match words[first] == "trade" {
+        true => first + 1,
+        false => first,
+    };
+    if words.get(command).is_none_or(|word| word != "volsplat") {
+        return words;
+    }
+    let typed = &words[command + 1..];
+    let is_headerless = typed.iter().any(|word| starts(word, "--dims"));
+    let input = input(typed).map(|word| InputFile::of(word.clone()).path);
+    let holds = |path: &Path| matches!(Content::of(path), Ok(Content::Gaussians));
+    if !is_headerless && input.is_some_and(|path| holds(&path)) {
+        words[command] = Application::Gaussians.name().into();
+    }
+    words
+}
+
+fn starts(word: &OsString, with: &str) -> bool {
+    word.to_string_lossy().starts_with(with)
+}
+
+/// The first of a command's words that is neither an option nor the value of one.
+fn input(words: &[OsString]) -> Option<&OsString> {
+    let commands = [Application::Volume, Application::Gaussians]
+        .map(|application| application.command("input", "picture.png"));
+    let takes_value = |word: &OsString| {
+        let word = word.to_string_lossy();
+        let mut options = commands.iter().flat_map(Command::get_arguments);
+        options.any(|option| {
+            let long = option
+                .get_long()
+                .is_some_and(|long| word == format!("--{long}"));
+            let short = option
+                .get_short()
+                .is_some_and(|short| word == format!("-{short}"));
+            (long || short) && option.get_action().takes_values()
+        })
+    };
+    let mut rest = words.iter();
+    while let Some(word) = rest.next() {
+        if !starts(word, "-") {
+            return Some(word);
+        }
+        if takes_value(word) {
+            rest.next();
+        }
+    }
+    None
+}
+
 /// Where the first word stands that is no option of every command.
 fn first_name(words: &[OsString]) -> Option<usize> {
     let mut at = 1;
@@ -212,6 +285,8 @@ fn first_name(words: &[OsString]) -> Option<usize> {
 pub enum Application {
     /// `volsplat`.
     Volume,
+    /// `gaussians`.
+    Gaussians,
     /// `texmap`.
     Mesh,
     /// `warp3d`.
@@ -225,6 +300,7 @@ impl Application {
     pub fn name(self) -> &'static str {
         match self {
             Self::Volume => "volsplat",
+            Self::Gaussians => "gaussians",
             Self::Mesh => "texmap",
             Self::Depth => "warp3d",
             Self::Points => "points",
@@ -238,6 +314,7 @@ impl Application {
             .args_override_self(true);
         let command = match self {
             Self::Volume => VolsplatArgs::augment_args(command),
+            Self::Gaussians => GaussiansArgs::augment_args(command),
             Self::Mesh => TexmapArgs::augment_args(command),
             Self::Depth => Warp3dArgs::augment_args(command),
             Self::Points => PointsArgs::augment_args(command),
@@ -251,6 +328,9 @@ impl Application {
     pub fn drawing(self, matches: &ArgMatches) -> Result<Drawing, clap::Error> {
         Ok(match self {
             Self::Volume => Drawing::Volsplat(Box::new(VolsplatArgs::from_arg_matches(matches)?)),
+            Self::Gaussians => {
+                Drawing::Gaussians(Box::new(GaussiansArgs::from_arg_matches(matches)?))
+            }
             Self::Mesh => Drawing::Texmap(Box::new(TexmapArgs::from_arg_matches(matches)?)),
             Self::Depth => Drawing::Warp3d(Box::new(Warp3dArgs::from_arg_matches(matches)?)),
             Self::Points => Drawing::Points(Box::new(PointsArgs::from_arg_matches(matches)?)),
@@ -284,6 +364,18 @@ mod tests {
             error.contains("a/b.nrrd: neither a file nor a command"),
             "{error}"
         );
+    }
+
+    #[test]
+    fn the_input_is_no_value_of_an_option() {
+        let found =
+            |text: &str| input(&words(text)).map(|word| word.to_string_lossy().into_owned());
+        assert_eq!(
+            found("-o a.png --size 8x8 --resume b.ply"),
+            Some("b.ply".to_owned())
+        );
+        assert_eq!(found("--size=8x8 b.ply -o a.png"), Some("b.ply".to_owned()));
+        assert_eq!(found("--slab-error 0.1"), None);
     }
 
     #[test]

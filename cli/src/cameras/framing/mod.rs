@@ -5,6 +5,7 @@
 //! sphere, so that they have the same scale. The picture's up direction is the derivative of the eye's position along the elevation, which is defined
 //! everywhere, the poles included.
 
+pub mod gaussians;
 pub mod volume;
 #[cfg(test)]
 mod tests;
@@ -208,6 +209,9 @@ const ROUNDS: usize = 6;
 /// Corners are projected exactly, which costs next to nothing: two pixels of a picture of 800.
 const NEAR_ENOUGH: f64 = 0.005;
 
+/// Off by so much after all rounds, half pictures, a view was led away, and is not merely unsteady. A guess.
+const LOST: f64 = 0.05;
+
 /// The offset of the visible parts from the picture's middle, over all views.
 struct Excess {
     /// In the picture, half pictures.
@@ -219,21 +223,40 @@ struct Excess {
 }
 
 /// Returns the extent that shows all visible parts in every view, or `extent` if nothing is visible.
+///
+/// In a very wide view rounds may lead away from it: then the best one that shows all counts.
 pub fn fit(extent: &Extent, views: &[View], measure: &mut Measure) -> Result<Extent> {
     let mut fitted = *extent;
+    let mut best = (f64::INFINITY, *extent);
+    let mut last = 0.0;
     for _ in 0..ROUNDS {
         let Some(excess) = excess(&fitted, views, measure)? else {
-            return Ok(*extent);
+            return Ok(best.1);
         };
+        let off = excess.off();
+        if off < best.0 && excess.is_inside() {
+            best = (off, fitted);
+        }
+        last = off;
         fitted = moved(&fitted, &views[0], views.len(), &excess)?;
-        let is_near = (excess.fill / FILL - 1.0)
-            .abs()
-            .max(excess.middle.abs().max_element());
-        if is_near < excess.near_enough {
+        if off < excess.near_enough {
             break;
         }
     }
-    Ok(fitted)
+    Ok(if last > LOST { best.1 } else { fitted })
+}
+
+impl Excess {
+    /// How far it is from a picture that is filled around its middle.
+    fn off(&self) -> f64 {
+        let size = (self.fill / FILL - 1.0).abs();
+        size.max(self.middle.abs().max_element())
+    }
+
+    /// Returns true if all of it is in the picture.
+    fn is_inside(&self) -> bool {
+        self.fill + self.middle.abs().max_element() <= 1.0
+    }
 }
 
 fn excess(extent: &Extent, views: &[View], measure: &mut Measure) -> Result<Option<Excess>> {

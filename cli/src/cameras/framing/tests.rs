@@ -337,6 +337,17 @@ fn a_turntable_shows_all_at_one_size() {
 }
 
 #[test]
+fn a_very_wide_view_shows_all() {
+    for fov_y_deg in [100.0, 120.0, 140.0, 160.0] {
+        let view = view(Lens::Perspective { fov_y_deg });
+        let camera = frame(&fitted(&[view]), &view).expect("a good view");
+        let seen = seen_points(&camera, corners()).expect("seen");
+        let reach = seen.low.abs().max(seen.high.abs()).max_element();
+        assert!((0.3..=1.0).contains(&reach), "{fov_y_deg}: {seen:?}");
+    }
+}
+
+#[test]
 fn where_nothing_is_seen_all_is_framed() {
     let mut nothing = |_: &Camera| Ok(None);
     let extent = Extent::of_box(BOX);

@@ -7,13 +7,15 @@
 use anyhow::{Result, bail};
 use clap::ValueEnum;
 use resample_core::{FootprintMode, KernelShape, SelectMode};
-use volsplat::{Cells, Classify, Interpolate, Subpixels};
+use volsplat::{Cells, Classify, Interpolate, PixelSamples, Subpixels};
 use warp3d::Visibility;
 use warp3d::args::MethodName;
 use warp3d::cloud::Blend;
 
 use crate::args::{Drawing, OrderName};
-use crate::open::setting::{Choice, Choices, DepthChoice, MeshChoice, PointsChoice, VolumeChoice};
+use crate::open::setting::{
+    Choice, Choices, DepthChoice, GaussianChoice, MeshChoice, PointsChoice, VolumeChoice,
+};
 
 /// A choice and its rungs.
 struct Ladder {
@@ -145,6 +147,16 @@ fn volume_ladders() -> Vec<Ladder> {
     all
 }
 
+fn gaussian_ladders() -> Vec<Ladder> {
+    let errors = [1.0, 0.3, 0.06, 0.02, 0.005];
+    let least = [1.0 / 32.0, 1.0 / 256.0, 0.0];
+    vec![
+        ladder("slab-error", errors, GaussianChoice::SlabError),
+        ladder("samples", all::<PixelSamples>(), GaussianChoice::Samples),
+        ladder("termination", least, GaussianChoice::MinTransmittance),
+    ]
+}
+
 fn mesh_ladders() -> Vec<Ladder> {
     let methods = [
         texmap::Method::Point,
@@ -198,6 +210,11 @@ pub(super) fn exact(drawing: &Drawing) -> Choices {
             VolumeChoice::Subpixels(Subpixels::Fixed(8)),
             VolumeChoice::MinTransmittance(1e-5),
         ]),
+        Drawing::Gaussians(_) => Choices::of([
+            GaussianChoice::SlabError(0.005),
+            GaussianChoice::Samples(PixelSamples::Four),
+            GaussianChoice::MinTransmittance(1e-5),
+        ]),
         Drawing::Warp3d(_) => Choices::of([
             DepthChoice::Method(MethodName::Hybrid),
             DepthChoice::Subpixels(8),
@@ -215,6 +232,7 @@ pub(super) fn settings(drawing: &Drawing, named: &[String]) -> Result<Vec<Named>
     let ladders = match drawing {
         Drawing::Texmap(_) => mesh_ladders(),
         Drawing::Volsplat(_) => volume_ladders(),
+        Drawing::Gaussians(_) => gaussian_ladders(),
         Drawing::Warp3d(_) => depth_ladders(),
         Drawing::Points(_) => points_ladders(),
     };

@@ -6,7 +6,7 @@ pub(crate) mod scene_camera;
 
 use std::time::Instant;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use glam::{DVec3, Vec3};
 use resample_core::{Camera, Reuse};
 use resample_io::Gate;
@@ -258,7 +258,14 @@ fn loaded(args: &TexmapArgs, number: usize, gate: &Gate) -> Result<Loaded> {
         return Ok(held.clone());
     }
     let load = load_options(args, number, gate);
-    Ok(texmap::load(&args.input.path, &load)?)
+    let path = &args.input.path;
+    texmap::load(path, &load).map_err(|error| match volsplat::is_gaussians(path) {
+        true => anyhow!(
+            "{}: holds 3-D Gaussians and no mesh: resample gaussians draws it",
+            path.display()
+        ),
+        false => error.into(),
+    })
 }
 
 fn stance(args: &TexmapArgs) -> Stance {

@@ -7,6 +7,7 @@
 use std::io::{BufReader, Read};
 use std::path::Path;
 
+use glam::DVec3;
 use resample_io::Gate;
 use resample_io::ply::{self as table, Header};
 
@@ -49,6 +50,17 @@ impl GaussianFormat {
             Self::Spz => "SPZ",
             Self::Sog => "SOG",
             Self::Gltf => "glTF",
+        }
+    }
+
+    /// The direction that is up in files of this kind, a unit vector.
+    ///
+    /// SPZ (right, up, back) and glTF say that y is up. The others keep the axes of the cameras that they were trained with, whose y
+    /// usually points down; nothing in the file says so.
+    pub fn up_in_world(self) -> DVec3 {
+        match self {
+            Self::Ply | Self::PackedPly | Self::Splat | Self::Sog => DVec3::NEG_Y,
+            Self::Spz | Self::Gltf => DVec3::Y,
         }
     }
 }

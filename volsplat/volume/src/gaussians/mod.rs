@@ -3,6 +3,7 @@
 //! [`Gaussians`] holds them in 99 bytes each at most (spherical harmonics of degree 3), as the readers of files and programs push
 //! them. Nothing that is not finite gets in.
 
+mod extent;
 mod harmonics;
 #[cfg(feature = "input")]
 mod formats;

@@ -64,7 +64,7 @@ function sceneArrived(scene) {
 
 function buildPanel() {
   const { scene } = state;
-  const kind = { volsplat: volumePanel, texmap: meshPanel, warp3d: depthPanel, points: pointsPanel }[scene.application];
+  const kind = { volsplat: volumePanel, gaussians: gaussianPanel, texmap: meshPanel, warp3d: depthPanel, points: pointsPanel }[scene.application];
   const scroll = panel.scrollTop;
   panel.replaceChildren(
     make("h1", {}, scene.title),
@@ -254,6 +254,17 @@ function maps() {
     box.append(make("button", { type: "button", onclick: () => { setMap(name); changed({ panel: true }); } }, bar, name));
   }
   return box;
+}
+
+function gaussianPanel() {
+  const { options } = state.scene;
+  const error = Number(option("slab-error") ?? options["slab-error"]);
+  return [
+    make("h2", {}, "Gaussians"),
+    choice("samples", "samples", options.samples, "auto"),
+    slider("slab error", { min: -3, max: 0, value: Math.log10(error), text: (x) => short(10 ** x),
+      act: (x) => setOption("slab-error", short(10 ** x)) }),
+  ];
 }
 
 function meshPanel() {

@@ -1,0 +1,51 @@
+//! From the typed options of Gaussians to those of the library.
+
+use anyhow::{Result, bail};
+use glam::DVec3;
+use volsplat::{Clip, DepthPlane, GaussianLayer, GaussianOptions};
+
+use crate::args::{GaussianClipArgs, GaussianRenderArgs};
+use crate::output::Format;
+use crate::values::word;
+
+/// How Gaussians are drawn. Only an EXR file has a place for depth and further planes.
+pub(super) fn render_options(args: &GaussianRenderArgs, format: Format) -> Result<GaussianOptions> {
+    let options = GaussianOptions {
+        model: args.model,
+        slab_error: args.slab_error,
+        samples: args.samples,
+        clip: clip(&args.clip),
+        min_transmittance: args.min_transmittance,
+        depth: match format {
+            Format::Exr => DepthPlane::Expected,
+            Format::Png(_) | Format::Jpeg => DepthPlane::None,
+        },
+        layers: layers(args, format)?,
+        simd: args.vector_level,
+    };
+    options.validate()?;
+    Ok(options)
+}
+
+fn layers(args: &GaussianRenderArgs, format: Format) -> Result<Vec<GaussianLayer>> {
+    let Some(layers) = &args.layers else {
+        return Ok(Vec::new());
+    };
+    if format != Format::Exr {
+        bail!("--layers: only a name that ends in .exr has a place for them");
+    }
+    let repeated = |&(index, layer): &(usize, &GaussianLayer)| layers[..index].contains(layer);
+    if let Some((_, layer)) = layers.iter().enumerate().find(repeated) {
+        bail!("--layers: {} is named twice", word(*layer));
+    }
+    Ok(layers.clone())
+}
+
+/// The part that is kept.
+pub(super) fn clip(args: &GaussianClipArgs) -> Clip {
+    Clip {
+        crop_in_world: args.crop.map(|ends| ends.map(DVec3::from)),
+        crop_in_grid: None,
+        planes: args.clip_plane.clone(),
+    }
+}
