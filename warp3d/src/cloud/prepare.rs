@@ -80,7 +80,7 @@ const LARGEST: f32 = 3.0;
 const USUAL_SHARE: f64 = 0.95;
 
 /// In place of a disc that is not made yet.
-const NO_DISC: Disc = Disc {
+pub(crate) const NO_DISC: Disc = Disc {
     position: [0.0; 3],
     normal: [0.0; 3],
     cut: [0.0; 3],

@@ -3,14 +3,15 @@
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
 use resample_core::narrow::side;
-use resample_core::sort::entry_index;
-use resample_core::tile::{ChunkBins, TILE_PX};
-use resample_core::{Camera, Image};
+use resample_core::simd::SimdLevel;
+use resample_core::tile::TILE_PX;
+use resample_core::{Camera, Image, dispatch};
 
+use crate::cloud::listed::Listed;
 use crate::cloud::options::CloudOptions;
 use crate::cloud::prepare::{Disc, LeftOut, Prepared};
-use crate::cloud::project::{Splat, project};
-use crate::cloud::tile::{Pixel, TileJob, TileScratch};
+use crate::cloud::tile::{EMPTY, Pixel, TileScratch, draw_tile};
+use crate::cloud::view::View;
 use crate::{Error, StageTime};
 
 /// Draws a prepared cloud, picture after picture.
@@ -18,9 +19,9 @@ use crate::{Error, StageTime};
 pub struct CloudRenderer {
     prepared: Prepared,
     options: CloudOptions,
-    chunks: Vec<ChunkBins<Splat>>,
-    /// The camera and the options that `chunks` belong to.
-    projected_for: Option<(Camera, CloudOptions)>,
+    listed: Listed,
+    /// The camera and the options that `listed` belongs to.
+    listed_for: Option<(Camera, CloudOptions)>,
 }
 
 /// A picture and what it cost.
@@ -47,12 +48,6 @@ pub struct CloudStats {
     pub project: StageTime,
     /// Time of drawing tiles.
     pub draw: StageTime,
-}
-
-/// The pixels of a tile, and where it lies.
-struct DrawnTile {
-    job: TileJob,
-    pixels: Vec<Pixel>,
 }
 
 /// A part of a picture that begins at edges of tiles.
@@ -92,8 +87,8 @@ impl CloudRenderer {
         Ok(Self {
             prepared,
             options: options.clone(),
-            chunks: Vec::new(),
-            projected_for: None,
+            listed: Listed::default(),
+            listed_for: None,
         })
     }
 
@@ -114,7 +109,6 @@ impl CloudRenderer {
 
     /// Takes other colours, as [`Prepared::recolour`] does.
     pub fn recolour(&mut self, colour: impl Fn(&Disc, usize) -> [u8; 3] + Sync) {
-        self.projected_for = None;
         self.prepared.recolour(colour);
     }
 
@@ -149,82 +143,64 @@ impl CloudRenderer {
         };
         let clock = StageClock::start();
         let wanted = (camera, self.options.clone());
-        if self.projected_for.as_ref() != Some(&wanted) {
-            project(&self.prepared, &camera, &self.options, &mut self.chunks);
-            self.projected_for = Some(wanted);
+        let level = SimdLevel::Auto.resolve();
+        let view = View::new(&self.prepared, &camera, &self.options, level);
+        if self.listed_for.as_ref() != Some(&wanted) {
+            self.listed.fill(&view);
+            self.listed_for = Some(wanted);
         }
         stats.project = clock.stop();
         let in_view = self
+            .listed
             .chunks
             .iter()
             .map(|chunk| chunk.primitives.len() as u64);
         stats.in_view = in_view.sum();
         let clock = StageClock::start();
-        let image = self.draw(&camera, &window);
+        let image = draw(&view, &self.listed, &window);
         stats.draw = clock.stop();
         stats.seen = image.rgba.iter().filter(|pixel| pixel[3] > 0.0).count() as u64;
         Ok(CloudFrame { image, stats })
     }
+}
 
-    fn draw(&self, camera: &Camera, window: &Window) -> Image {
-        let [width, height] = window.size;
-        let columns = width.div_ceil(TILE_PX);
-        let tiles: Vec<DrawnTile> = (0..columns * height.div_ceil(TILE_PX))
-            .into_par_iter()
-            .map_init(
-                || TileScratch::new(self.options.subpixels as usize),
-                |scratch, tile| {
-                    let place = [
-                        window.first_tile[0] + tile % columns,
-                        window.first_tile[1] + tile / columns,
-                    ];
-                    self.draw_tile(camera, place, scratch)
-                },
-            )
-            .collect();
-        let mut image = Image::transparent(width, height);
-        let mut depth = vec![f32::INFINITY; width * height];
-        for (number, DrawnTile { job, pixels }) in tiles.iter().enumerate() {
-            let first = [number % columns * TILE_PX, number / columns * TILE_PX];
-            // The last tiles of a window may show more than it holds.
-            let shown = job.size[0].min(width - first[0]);
-            let rows = pixels.chunks_exact(job.size[0]).take(height - first[1]);
-            for (row, pixels) in rows.enumerate() {
-                let start = (first[1] + row) * width + first[0];
-                for (i, pixel) in pixels[..shown].iter().enumerate() {
-                    image.rgba[start + i] = pixel.rgba;
-                    depth[start + i] = pixel.depth;
+fn draw(view: &View, listed: &Listed, window: &Window) -> Image {
+    let [width, height] = window.size;
+    let mut image = Image::transparent(width, height);
+    let mut depth = vec![EMPTY.depth; width * height];
+    let rows = image
+        .rgba
+        .par_chunks_mut(TILE_PX * width)
+        .zip(depth.par_chunks_mut(TILE_PX * width))
+        .enumerate();
+    rows.for_each_init(
+        || Box::new(TileScratch::new(view.options.subpixels as usize)),
+        |scratch, (row, (rgba, depth))| {
+            for column in 0..width.div_ceil(TILE_PX) {
+                let tile = [
+                    side(window.first_tile[0] + column),
+                    side(window.first_tile[1] + row),
+                ];
+                let pixels =
+                    dispatch!(view.level, simd => draw_tile(simd, view, listed, tile, scratch));
+                if let Some(pixels) = pixels {
+                    put(pixels, column * TILE_PX, width, rgba, depth);
                 }
             }
-        }
-        image.depth = Some(depth);
-        image
-    }
+        },
+    );
+    image.depth = Some(depth);
+    image
+}
 
-    fn draw_tile(
-        &self,
-        camera: &Camera,
-        place: [usize; 2],
-        scratch: &mut TileScratch,
-    ) -> DrawnTile {
-        let first = place.map(|p| p * TILE_PX);
-        let size = [camera.width as usize, camera.height as usize];
-        let job = TileJob {
-            first,
-            size: std::array::from_fn(|axis| (size[axis] - first[axis]).min(TILE_PX)),
-            picture: size,
-            projection: camera.projection,
-            blend: self.options.blend,
-        };
-        let lists = || {
-            self.chunks.iter().flat_map(move |chunk| {
-                let list = chunk.tile(side(place[0]), side(place[1]));
-                list.iter()
-                    .map(|&entry| &chunk.primitives[entry_index(entry) as usize & 0xffff])
-            })
-        };
-        let mut pixels = Vec::new();
-        scratch.draw(&job, lists, &mut pixels);
-        DrawnTile { job, pixels }
+/// Puts a tile into its rows of the picture, from this column on.
+fn put(pixels: &[Pixel], first: usize, width: usize, rgba: &mut [[f32; 4]], depth: &mut [f32]) {
+    let shown = TILE_PX.min(width - first);
+    let rows = rgba.chunks_mut(width).zip(depth.chunks_mut(width));
+    for (pixels, (rgba, depth)) in pixels.chunks(TILE_PX).zip(rows) {
+        for (i, pixel) in pixels[..shown].iter().enumerate() {
+            rgba[first + i] = pixel.rgba;
+            depth[first + i] = pixel.depth;
+        }
     }
 }
