@@ -12,8 +12,8 @@ use anyhow::{Context, Result, anyhow, bail};
 use resample_cli::args::words::content::Application;
 use resample_cli::args::words::typed::Typed;
 use resample_cli::args::{
-    CameraArgs, Drawing, GaussianRenderArgs, PictureArgs, RenderArgs, SequenceArgs, TransferArgs,
-    names_of,
+    CameraArgs, Drawing, GaussianRenderArgs, PictureArgs, PointsLookArgs, PointsRenderArgs,
+    RenderArgs, SequenceArgs, TransferArgs, names_of,
 };
 use resample_cli::cameras::camera_file;
 use resample_cli::open::Opened;
@@ -287,6 +287,8 @@ fn change_of(application: Application, name: &str) -> Option<Change> {
         // Some lights need maps that others leave in their files.
         Application::Mesh if name == "shade" => None,
         Application::Mesh if is_of(names_of::<texmap::RenderOptions>()) => Some(Change::Render),
+        Application::Points if is_of(names_of::<PointsRenderArgs>()) => Some(Change::Render),
+        Application::Points if is_of(names_of::<PointsLookArgs>()) => Some(Change::Look),
         _ => None,
     }
 }

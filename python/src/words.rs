@@ -28,6 +28,7 @@ pub(crate) fn application(name: &str) -> PyResult<Application> {
         Application::Gaussians,
         Application::Mesh,
         Application::Depth,
+        Application::Points,
     ];
     let found = all.into_iter().find(|one| one.name() == name);
     found.ok_or_else(|| PyValueError::new_err(format!("no command '{name}'")))

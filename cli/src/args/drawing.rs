@@ -6,8 +6,8 @@ use anyhow::{Result, bail};
 use clap::Subcommand;
 
 use super::{
-    AskArgs, GaussiansArgs, Goes, PartArgs, PictureArgs, TexmapArgs, VolsplatArgs, Warp3dArgs,
-    short_help,
+    AskArgs, GaussiansArgs, Goes, PartArgs, PictureArgs, PointsArgs, TexmapArgs, VolsplatArgs,
+    Warp3dArgs, short_help,
 };
 use crate::values::input_file::{Held, Source};
 
@@ -34,6 +34,11 @@ pub enum Drawing {
     /// Example: resample warp3d im0.png disp0.pfm --depth-kind disparity --from calib.txt#0 --to calib.txt#1 -o new.png
     #[command(name = "warp3d", mut_args(short_help::warp3d))]
     Warp3d(Box<Warp3dArgs>),
+    /// Draw a scan of points (PLY, LAS, LAZ, E57, PCD, PTX, PTS, XYZ) from one or several cameras
+    ///
+    /// Example: resample points street.laz -o street.png
+    #[command(mut_args(short_help::points))]
+    Points(Box<PointsArgs>),
 }
 
 impl Drawing {
@@ -44,6 +49,7 @@ impl Drawing {
             Self::Volsplat(_) => "volsplat",
             Self::Gaussians(_) => "gaussians",
             Self::Warp3d(_) => "warp3d",
+            Self::Points(_) => "points",
         }
     }
 
@@ -54,6 +60,7 @@ impl Drawing {
             Self::Volsplat(args) => &args.ask,
             Self::Gaussians(args) => &args.ask,
             Self::Warp3d(args) => &args.ask,
+            Self::Points(args) => &args.ask,
         }
     }
 
@@ -64,6 +71,7 @@ impl Drawing {
             Self::Volsplat(args) => &mut args.ask,
             Self::Gaussians(args) => &mut args.ask,
             Self::Warp3d(args) => &mut args.ask,
+            Self::Points(args) => &mut args.ask,
         }
     }
 
@@ -74,6 +82,7 @@ impl Drawing {
             Self::Volsplat(args) => args.sequence.resume,
             Self::Gaussians(args) => args.sequence.resume,
             Self::Warp3d(args) => args.sequence.resume,
+            Self::Points(args) => args.sequence.resume,
         }
     }
 
@@ -84,6 +93,7 @@ impl Drawing {
             Self::Volsplat(args) => args.sequence.part,
             Self::Gaussians(args) => args.sequence.part,
             Self::Warp3d(args) => args.sequence.part,
+            Self::Points(args) => args.sequence.part,
         }
     }
 
@@ -117,6 +127,7 @@ impl Drawing {
             (Self::Warp3d(args), Held::Pictures(held)) => {
                 args.source = Source::Memory(held.clone());
             }
+            (Self::Points(args), Held::Points(held)) => args.source = Source::Memory(held.clone()),
             _ => {}
         }
     }
@@ -143,6 +154,7 @@ impl Drawing {
             Self::Volsplat(args) => &mut args.output,
             Self::Gaussians(args) => &mut args.output,
             Self::Warp3d(args) => &mut args.output,
+            Self::Points(args) => &mut args.output,
         };
         *output = path.to_owned();
     }
@@ -153,6 +165,7 @@ impl Drawing {
             Self::Volsplat(args) => &mut args.picture,
             Self::Gaussians(args) => &mut args.picture,
             Self::Warp3d(args) => &mut args.picture,
+            Self::Points(args) => &mut args.picture,
         }
     }
 }

@@ -23,6 +23,7 @@ use crate::values::{self, Axis, BackgroundWord, Orbit, Size, input_file};
 mod drawing;
 mod gaussians;
 mod given;
+mod points;
 mod sequence;
 mod short_help;
 mod texmap;
@@ -37,6 +38,7 @@ pub use crate::args::tools::{
 pub use drawing::Drawing;
 pub use gaussians::{GaussianClipArgs, GaussianRenderArgs, GaussiansArgs};
 pub use given::{Given, names_of};
+pub use points::{ColourBy, PointsArgs, PointsLookArgs, PointsPartArgs, PointsRenderArgs};
 pub use sequence::SequenceArgs;
 pub use texmap::{ModelArgs, TexmapArgs};
 pub use warp3d::{DepthArgs, LayoutWord, Warp3dArgs, WarpCameraArgs};
@@ -68,7 +70,7 @@ pub struct Cli {
 pub enum Command {
     /// Draw built-in scenes of every kind on one page: needs no file, takes seconds
     Demo(DemoArgs),
-    /// Describe a volume, 3-D Gaussians, a mesh, a picture or a depth image, and name the command that draws it
+    /// Describe a volume, 3-D Gaussians, a mesh, a scan, a picture or a depth image, and name the command that draws it
     ///
     /// Example: resample info head.nii.gz
     Info(InfoArgs),

@@ -95,6 +95,32 @@ const WARP3D: &[&str] = &[
     "background",
 ];
 
+const POINTS: &[&str] = &[
+    "input",
+    "output",
+    "points",
+    "keep_all",
+    "crop",
+    "clip_plane",
+    "color_by",
+    "colormap",
+    "color_range",
+    "camera",
+    "orbit",
+    "fov",
+    "up",
+    "size",
+    "turntable",
+    "path",
+    "shade",
+    "light",
+    "blend",
+    "subpixels",
+    "max_error",
+    "max_time_ms",
+    "background",
+];
+
 /// Heading of the options of `trade` itself.
 pub(super) const MEASUREMENT: &str = "Measurement";
 
@@ -125,6 +151,11 @@ pub(super) fn texmap(arg: Arg) -> Arg {
 /// As `-h` shows it for pictures with depth.
 pub(super) fn warp3d(arg: Arg) -> Arg {
     brief(arg, WARP3D)
+}
+
+/// As `-h` shows it for scans.
+pub(super) fn points(arg: Arg) -> Arg {
+    brief(arg, POINTS)
 }
 
 fn brief(arg: Arg, shown: &[&str]) -> Arg {
@@ -158,6 +189,7 @@ mod tests {
             ("gaussians", GAUSSIANS),
             ("texmap", TEXMAP),
             ("warp3d", WARP3D),
+            ("points", POINTS),
         ] {
             let command = command.find_subcommand(name).expect("a command");
             let has = |id: &&&str| command.get_arguments().any(|arg| arg.get_id() == **id);

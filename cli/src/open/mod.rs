@@ -1,6 +1,6 @@
 //! A scene whose files are read: drawn under one setting after another, and at last to its files.
 //!
-//! `open_scene` is the face of the applications (`volume`, `gaussians`, `mesh`, `depth`), each of which has a folder; a `setting` holds the
+//! `open_scene` is the face of the applications (`volume`, `gaussians`, `mesh`, `depth`, `points`), each of which has a folder; a `setting` holds the
 //! options of an opened scene. [`volume()`] and [`mesh()`] make scenes of data in memory.
 
 pub mod setting;
@@ -9,6 +9,7 @@ pub(crate) mod volume;
 pub(crate) mod gaussians;
 pub(crate) mod mesh;
 pub(crate) mod depth;
+pub(crate) mod points;
 
 use std::any::Any;
 
@@ -24,6 +25,7 @@ use crate::open::depth::OpenDepth;
 use crate::open::gaussians::OpenGaussians;
 use crate::open::mesh::{OpenMesh, load_options};
 use crate::open::open_scene::{OpenScene, Probed};
+use crate::open::points::OpenPoints;
 use crate::open::setting::Setting;
 use crate::open::volume::{OpenVolume, file};
 use crate::picture::Drawn;
@@ -47,6 +49,7 @@ impl Opened {
                 Drawing::Volsplat(args) => Box::new(OpenVolume::read(*args, purpose, verbosity)?),
                 Drawing::Gaussians(args) => Box::new(OpenGaussians::read(*args, verbosity)?),
                 Drawing::Warp3d(args) => Box::new(OpenDepth::read(*args, purpose, verbosity)?),
+                Drawing::Points(args) => Box::new(OpenPoints::read(*args, purpose, verbosity)?),
             },
         })
     }

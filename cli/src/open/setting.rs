@@ -8,10 +8,11 @@ use anyhow::{Result, bail};
 use resample_core::{FootprintMode, KernelShape, SelectMode};
 use volsplat::{Cells, Classify, Interpolate, PixelSamples, Subpixels};
 use warp3d::args::MethodName;
+use warp3d::cloud::Blend;
 use warp3d::{Fill, Visibility, WarpArgs};
 
 use crate::args::volume::order;
-use crate::args::{Drawing, GaussianRenderArgs, Given, OrderName, RenderArgs};
+use crate::args::{Drawing, GaussianRenderArgs, Given, OrderName, PointsRenderArgs, RenderArgs};
 use crate::values::{cells_word, word};
 
 /// All options of how one application draws, and which of them are given.
@@ -25,6 +26,8 @@ pub enum Setting {
     Mesh(Given<texmap::RenderOptions>),
     /// Those of a picture with depth.
     Depth(Given<WarpArgs>),
+    /// A scan's.
+    Points(Given<PointsRenderArgs>),
 }
 
 /// One option, set to a value.
@@ -38,6 +41,8 @@ pub enum Choice {
     Mesh(MeshChoice),
     /// An option of a picture with depth.
     Depth(DepthChoice),
+    /// An option of a scan.
+    Points(PointsChoice),
 }
 
 /// One option of a volume, set to a value.
@@ -100,6 +105,17 @@ pub enum DepthChoice {
     Fill(Fill),
 }
 
+/// One option of a scan, set to a value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PointsChoice {
+    /// `--blend`.
+    Blend(Blend),
+    /// `--subpixels`.
+    Subpixels(u32),
+    /// `--every`.
+    Every(u32),
+}
+
 /// Options that are set beyond a setting, in the order in which they are written; none twice.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Choices {
@@ -130,6 +146,12 @@ impl From<DepthChoice> for Choice {
     }
 }
 
+impl From<PointsChoice> for Choice {
+    fn from(choice: PointsChoice) -> Self {
+        Self::Points(choice)
+    }
+}
+
 impl Choice {
     /// The long name of the option, and the value as it is typed.
     fn name_and_word(&self) -> (&'static str, String) {
@@ -142,6 +164,9 @@ impl Choice {
             Self::Depth(DepthChoice::Visibility(rule)) => ("visibility", word(*rule)),
             Self::Depth(DepthChoice::Subpixels(count)) => ("subpixels", count.to_string()),
             Self::Depth(DepthChoice::Fill(fill)) => ("fill", word(*fill)),
+            Self::Points(PointsChoice::Blend(blend)) => ("blend", word(*blend)),
+            Self::Points(PointsChoice::Subpixels(count)) => ("subpixels", count.to_string()),
+            Self::Points(PointsChoice::Every(count)) => ("every", count.to_string()),
         }
     }
 }
@@ -219,6 +244,16 @@ impl DepthChoice {
     }
 }
 
+impl PointsChoice {
+    fn apply(self, args: &mut PointsRenderArgs) {
+        match self {
+            Self::Blend(blend) => args.blend = blend,
+            Self::Subpixels(count) => args.subpixels = count,
+            Self::Every(count) => args.every = count,
+        }
+    }
+}
+
 impl Choices {
     /// Choices of different options of one application.
     pub fn of<T: Into<Choice>>(list: impl IntoIterator<Item = T>) -> Self {
@@ -292,6 +327,9 @@ impl Setting {
                 (Self::Depth(own), Choice::Depth(choice)) => {
                     own.set(name, word, |args| choice.apply(args));
                 }
+                (Self::Points(own), Choice::Points(choice)) => {
+                    own.set(name, word, |args| choice.apply(args));
+                }
                 _ => bail!("--{name} is an option of another application"),
             }
         }
@@ -306,6 +344,7 @@ impl Setting {
             Self::Gaussians(_) => true,
             Self::Mesh(given) => given.options.validate().is_ok(),
             Self::Depth(given) => given.options.options().is_ok(),
+            Self::Points(given) => given.options.is_legal(),
         }
     }
 
@@ -318,6 +357,7 @@ impl Setting {
             (Self::Depth(own), Self::Depth(other)) => {
                 own.options.options().ok() == other.options.options().ok()
             }
+            (Self::Points(own), Self::Points(other)) => own.options == other.options,
             _ => false,
         }
     }
@@ -329,6 +369,7 @@ impl Setting {
             Self::Gaussians(given) => given.has(name),
             Self::Mesh(given) => given.has(name),
             Self::Depth(given) => given.has(name),
+            Self::Points(given) => given.has(name),
         }
     }
 
@@ -339,6 +380,7 @@ impl Setting {
             Self::Gaussians(given) => given.words(),
             Self::Mesh(given) => given.words(),
             Self::Depth(given) => given.words(),
+            Self::Points(given) => given.words(),
         };
         words.iter().map(|(name, word)| (&**name, &**word))
     }
@@ -352,6 +394,7 @@ impl Drawing {
             Self::Volsplat(args) => Setting::Volume(Box::new(args.render.clone())),
             Self::Gaussians(args) => Setting::Gaussians(args.render.clone()),
             Self::Warp3d(args) => Setting::Depth(args.render.clone()),
+            Self::Points(args) => Setting::Points(args.render.clone()),
         }
     }
 
@@ -362,6 +405,7 @@ impl Drawing {
             (Self::Volsplat(args), Setting::Volume(render)) => args.render = *render,
             (Self::Gaussians(args), Setting::Gaussians(render)) => args.render = render,
             (Self::Warp3d(args), Setting::Depth(render)) => args.render = render,
+            (Self::Points(args), Setting::Points(render)) => args.render = render,
             (drawing, _) => bail!("a setting of another application than {}", drawing.name()),
         }
         Ok(())
@@ -436,6 +480,13 @@ mod tests {
             DepthChoice::Fill(Fill::Background),
         ] {
             check(&["warp3d", "a.png", "a.pfm"], choice);
+        }
+        for choice in [
+            PointsChoice::Blend(Blend::Mean),
+            PointsChoice::Subpixels(8),
+            PointsChoice::Every(4),
+        ] {
+            check(&["points", "a.las"], choice);
         }
     }
 

@@ -11,7 +11,7 @@ use warp3d::args::MethodName;
 use crate::args::OrderName;
 use crate::args::volume::order;
 use crate::open::setting::{
-    Choices, DepthChoice, GaussianChoice, MeshChoice, Setting, VolumeChoice,
+    Choices, DepthChoice, GaussianChoice, MeshChoice, PointsChoice, Setting, VolumeChoice,
 };
 
 /// Choices beyond the typed setting.
@@ -57,6 +57,7 @@ pub(crate) fn ends(typed: &Setting) -> Result<Ends> {
         Setting::Gaussians(_) => ladder.cheapest().choices.clone(),
         Setting::Depth(_) if ladder.rungs.len() > 1 => ladder.rungs[1].choices.clone(),
         Setting::Depth(_) => ladder.cheapest().choices.clone(),
+        Setting::Points(_) => points_preview().choices.without(typed),
     };
     let quick = typed.with(&quick)?;
     Ok(Ends {
@@ -136,6 +137,7 @@ impl Ladder {
                 let nearest = rungs[0].clone();
                 (rungs, nearest)
             }
+            Setting::Points(_) => (points(), points_preview()),
         };
         let mut ladder = Self {
             rungs: Vec::new(),
@@ -287,6 +289,34 @@ fn warp() -> Vec<Rung> {
     let mut rungs = vec![rung(NEAREST, Choices::of(nearest))];
     rungs.extend(WARP.map(hybrid));
     rungs
+}
+
+/// One point of so many, sub-pixels, and the time of a picture, of the exact one. The blend is no rung: a mean costs as much.
+const POINTS: [(u32, u32, f64); 7] = [
+    (16, 1, 0.1),
+    (8, 2, 0.17),
+    (4, 4, 0.3),
+    (2, 4, 0.5),
+    (1, 2, 0.8),
+    (1, 4, 0.85),
+    (1, 8, 1.0),
+];
+
+fn points() -> Vec<Rung> {
+    let of = |(every, subpixels, work)| {
+        let choices = [
+            PointsChoice::Every(every),
+            PointsChoice::Subpixels(subpixels),
+        ];
+        rung(work, Choices::of(choices))
+    };
+    POINTS.map(of).to_vec()
+}
+
+/// A picture of an eighth of the points shows the covered area and the contrast.
+fn points_preview() -> Rung {
+    let choices = Choices::of([PointsChoice::Every(8), PointsChoice::Subpixels(1)]);
+    rung(0.15, choices)
 }
 
 #[cfg(test)]

@@ -525,7 +525,7 @@ impl Candidate {
     pub(super) fn work(&self, typed: &Setting, cost: &Cost) -> Work {
         let each = match typed {
             Setting::Volume(_) | Setting::Gaussians(_) => 1.0,
-            Setting::Mesh(_) | Setting::Depth(_) => self.rung.work,
+            Setting::Mesh(_) | Setting::Depth(_) | Setting::Points(_) => self.rung.work,
         };
         Work {
             growing: each * cost.growing,

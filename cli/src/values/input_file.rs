@@ -12,6 +12,7 @@ use clap::builder::{OsStringValueParser, TypedValueParser};
 use resample_io::{Picture, Plane};
 use texmap::Loaded;
 use volsplat::{Gaussians, Volume};
+use warp3d::input::clouds::PointCloudFile;
 
 /// A file, and perhaps a part of it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -110,6 +111,8 @@ pub enum Held {
     Mesh(Arc<Loaded>),
     /// Of `warp3d`.
     Pictures(Arc<HeldPictures>),
+    /// Of `points`.
+    Points(Arc<PointCloudFile>),
 }
 
 impl<T> Source<T> {

@@ -7,7 +7,9 @@ use serde_json::{Map, Value, json};
 use volsplat::transfer::{ColourMap, Histogram, Preset};
 use volsplat::{Blend, Described, Shading, TransferFunction};
 
-use crate::args::{ComponentLook, Drawing, RayBlend, SceneArgs, TransferArgs, VolsplatArgs};
+use crate::args::{
+    ColourBy, ComponentLook, Drawing, RayBlend, SceneArgs, TransferArgs, VolsplatArgs,
+};
 use crate::look::transfer::Suggested;
 use crate::look::{channel_look, transfer};
 use crate::open::volume::OpenVolume;
@@ -191,6 +193,13 @@ pub(crate) fn options(drawing: &Drawing) -> Result<Value> {
         Drawing::Warp3d(_) => {
             options["fill"] = json!(names::<warp3d::Fill>());
             options["method"] = json!(names::<warp3d::args::MethodName>());
+        }
+        Drawing::Points(args) => {
+            options["shade"] = json!(names::<warp3d::cloud::Shade>());
+            options["color-by"] = json!(names::<ColourBy>());
+            options["colored"] = json!(word(args.look.color_by));
+            options["colormap"] = json!(args.look.colormap.map(|map| map.name()));
+            options["maps"] = json!(ColourMap::names().collect::<Vec<_>>());
         }
         Drawing::Volsplat(args) => {
             let look = &args.transfer;

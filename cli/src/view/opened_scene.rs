@@ -115,6 +115,7 @@ impl OpenedScene {
             Drawing::Gaussians(args) => args.input.path.clone(),
             Drawing::Texmap(args) => args.input.path.clone(),
             Drawing::Warp3d(args) => PathBuf::from(&args.colour),
+            Drawing::Points(args) => args.input.path.clone(),
         };
         let name = path.file_name().unwrap_or(path.as_os_str());
         name.to_string_lossy().into_owned()
@@ -128,7 +129,7 @@ impl OpenedScene {
         let input = match &self.drawing {
             Drawing::Texmap(args) => &args.input,
             Drawing::Gaussians(args) => &args.input,
-            Drawing::Volsplat(_) | Drawing::Warp3d(_) => return None,
+            Drawing::Volsplat(_) | Drawing::Warp3d(_) | Drawing::Points(_) => return None,
         };
         let extension = input.path.extension()?.to_str()?;
         let is_gltf = ["glb", "gltf"]
@@ -200,9 +201,10 @@ impl OpenedScene {
         }
         let text = match self.words.application {
             Application::Depth => self.moved_lens(view)?.to_string(),
-            Application::Volume | Application::Gaussians | Application::Mesh => {
-                view.camera.to_string()
-            }
+            Application::Volume
+            | Application::Gaussians
+            | Application::Mesh
+            | Application::Points => view.camera.to_string(),
         };
         // As the command line reads it from a file, digit for digit.
         let defaults = CameraDefaults {
@@ -410,7 +412,10 @@ impl OpenedScene {
     pub(crate) fn camera_option(&self) -> &'static str {
         match self.words.application {
             Application::Depth => "--to",
-            Application::Volume | Application::Gaussians | Application::Mesh => "--camera",
+            Application::Volume
+            | Application::Gaussians
+            | Application::Mesh
+            | Application::Points => "--camera",
         }
     }
 
@@ -440,6 +445,7 @@ fn background_word(drawing: &Drawing) -> Option<&BackgroundWord> {
         Drawing::Gaussians(args) => &args.picture,
         Drawing::Texmap(args) => &args.picture,
         Drawing::Warp3d(args) => &args.picture,
+        Drawing::Points(args) => &args.picture,
     };
     picture.background.as_ref()
 }

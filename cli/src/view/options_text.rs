@@ -23,11 +23,12 @@ use crate::values::BackgroundWord;
 use crate::values::input_file::Held;
 
 /// Options that the page may set. None of them names a file.
-const FROM_PAGE: [&str; 27] = [
+const FROM_PAGE: [&str; 28] = [
     "background",
     "blend",
     "channel",
     "clip-plane",
+    "color-by",
     "colormap",
     "crop",
     "crop-voxels",
@@ -214,14 +215,20 @@ impl Words {
     fn kept(&self, changes: &Changes, files: &Files) -> Vec<String> {
         let has_look =
             files.transfer.is_some() || changes.keys().any(|name| LOOKS.contains(&name.as_str()));
-        self.typed.words(|name| {
+        let mut words = self.typed.words(|name| {
             OWN.contains(&name)
                 || REPLACED.contains(&name)
                 || changes.contains_key(name)
-                || is_overridden(name, changes)
+                || (self.application == Application::Volume && is_overridden(name, changes))
                 || (has_look && LOOKS.contains(&name))
                 || (files.labels.is_some() && name == "label-colours")
-        })
+        });
+        // The page's camera replaces the axis that was typed; the heights of points are still counted along it.
+        if self.application == Application::Points && !self.typed.has("height-axis") {
+            let up = self.typed.words(|name| name != "up").into_iter().nth(1);
+            words.extend(up.map(|axis| format!("--height-axis={axis}")));
+        }
+        words
     }
 
     fn parsed(&self, matches: &ArgMatches) -> Result<Drawing, clap::Error> {
@@ -324,6 +331,7 @@ mod tests {
             Application::Gaussians,
             Application::Mesh,
             Application::Depth,
+            Application::Points,
         ];
         let commands = applications.map(command);
         let exists = |name: &str| {

@@ -185,6 +185,7 @@ fn begin(subject: &OpenedScene, path: PathBuf, view: &View, cameras: &Cameras) -
         Drawing::Volsplat(args) => (args.camera.camera, args.sequence.path) = (list, keys),
         Drawing::Gaussians(args) => (args.camera.camera, args.sequence.path) = (list, keys),
         Drawing::Texmap(args) => (args.camera.camera, args.sequence.path) = (list, keys),
+        Drawing::Points(args) => (args.camera.camera, args.sequence.path) = (list, keys),
         Drawing::Warp3d(args) => {
             args.cameras.to = list.map(|path| Viewpoint::File { path, entry: None });
             args.sequence.path = keys;
@@ -202,6 +203,7 @@ fn set_size(drawing: &mut Drawing, view: &View) {
         Drawing::Volsplat(args) => args.camera.size = size,
         Drawing::Gaussians(args) => args.camera.size = size,
         Drawing::Texmap(args) => args.camera.size = size,
+        Drawing::Points(args) => args.camera.size = size,
         Drawing::Warp3d(args) => args.cameras.size = size,
     }
 }

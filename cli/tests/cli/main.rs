@@ -28,6 +28,7 @@ mod pages;
 mod parts;
 mod planner;
 mod planner_random;
+mod points;
 mod saved_camera;
 mod scenes;
 mod sequences;

@@ -6,7 +6,7 @@ use std::net::TcpStream;
 use serde_json::{Value, json};
 use tungstenite::Message;
 
-use super::{BALL, Bench, warp3d};
+use super::{BALL, Bench, points, warp3d};
 use page::{Viewer, run_copied, view, with};
 
 mod browser;
@@ -160,6 +160,23 @@ fn a_resting_mesh_and_a_resting_warp_are_the_command_lines_pictures() {
         json!({ "changes": { "fill": ["background"] } }),
     );
     assert_same(&bench, "im.png z.pfm", json!({}));
+}
+
+#[test]
+fn a_resting_scan_is_the_command_lines_picture() {
+    let bench = points::bench();
+    for changes in [
+        json!({}),
+        json!({ "color-by": ["height"], "colormap": ["magma"], "shade": ["lambert"] }),
+        json!({ "color-by": ["class"], "crop": ["0,0,-1,40,40,9"] }),
+        json!({ "blend": ["mean"], "clip-plane": ["1,0,0,20"] }),
+    ] {
+        assert_same(&bench, "hill.ply --up z", json!({ "changes": changes }));
+    }
+    for exactness in ["exact", "1/255"] {
+        let words = "hill.ply --up z --color-by height --points 2000";
+        assert_same(&bench, words, json!({ "exactness": exactness }));
+    }
 }
 
 #[test]

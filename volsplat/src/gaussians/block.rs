@@ -224,8 +224,8 @@ impl Active {
         to.high[lane] = middle + half;
         to.rate[lane] = depth / (2.0 * half);
         let [r, g, b] = colour;
-        for k in 0..3 {
-            to.colour[k][lane] = colour[k];
+        for (lanes, value) in to.colour.iter_mut().zip(colour) {
+            lanes[lane] = value;
         }
         to.square[lane] = r * r + g * g + b * b;
         to.end[lane] = high;

@@ -50,22 +50,21 @@ impl Tree {
         Self { places, axes }
     }
 
-    /// Finds the `wanted` places nearest to `at`, the place itself among them.
-    pub(crate) fn nearest(&self, at: Vec3, wanted: usize) -> Nearest {
-        let mut nearest = Nearest {
-            wanted: wanted.min(MOST_NEIGHBOURS),
-            count: 0,
-            squares: [f32::INFINITY; MOST_NEIGHBOURS],
-            slots: [0; MOST_NEIGHBOURS],
-        };
-        self.search(at, [0, self.places.len()], &mut nearest);
-        nearest
+    /// Finds the `wanted` places nearest to `at`, the place itself among them. As many are known to lie within `bound` of it: what
+    /// is farther is not looked at.
+    pub(crate) fn nearest(&self, at: Vec3, wanted: usize, bound: f32, nearest: &mut Nearest) {
+        nearest.wanted = wanted.min(MOST_NEIGHBOURS);
+        nearest.count = 0;
+        // The square of the bound is rounded, and places at the bound itself are wanted.
+        let square = (bound * bound * (1.0 + 1e-5)).max(f32::MIN_POSITIVE);
+        nearest.squares[..nearest.wanted].fill(square);
+        self.search(at, [0, self.places.len()], nearest);
     }
 
     fn search(&self, at: Vec3, [first, end]: [usize; 2], nearest: &mut Nearest) {
         if end - first <= LEAF {
-            for slot in first..end {
-                nearest.offer(self.places[slot].at.distance_squared(at), slot);
+            for (place, slot) in self.places[first..end].iter().zip(first..) {
+                nearest.offer(place.at.distance_squared(at), slot);
             }
             return;
         }
@@ -92,19 +91,34 @@ impl Nearest {
         &self.slots[..self.count]
     }
 
+    /// No neighbours yet.
+    pub(crate) fn new() -> Self {
+        Self {
+            wanted: 0,
+            count: 0,
+            squares: [f32::INFINITY; MOST_NEIGHBOURS],
+            slots: [0; MOST_NEIGHBOURS],
+        }
+    }
+
     /// The squared distances, least first.
     pub(crate) fn squares(&self) -> &[f32] {
         &self.squares[..self.count]
     }
 
+    #[inline(always)]
     fn farthest_square(&self) -> f32 {
         self.squares[self.wanted - 1]
     }
 
+    #[inline(always)]
     fn offer(&mut self, square: f32, slot: usize) {
-        if square >= self.farthest_square() {
-            return;
+        if square < self.farthest_square() {
+            self.insert(square, slot);
         }
+    }
+
+    fn insert(&mut self, square: f32, slot: usize) {
         let mut place = self.count.min(self.wanted - 1);
         while place > 0 && self.squares[place - 1] > square {
             self.squares[place] = self.squares[place - 1];

@@ -7,10 +7,10 @@
 
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
-use resample_core::narrow::single;
+use resample_core::narrow::{count, single};
 
 use crate::Error;
-use crate::cloud::cells::{Nearest, Tree};
+use crate::cloud::cells::{MOST_NEIGHBOURS, Nearest, Place, Tree};
 use crate::cloud::fit::{Plane, plane};
 use crate::cloud::points::PointCloud;
 use crate::cloud::voronoi::Cell;
@@ -58,8 +58,37 @@ const BORDER_SPACINGS: f64 = 0.05;
 /// a scan's spacing changes little within 12 points.
 const FAR_REACHES: f32 = 1.6;
 
+/// Points that fill a volume this many times more thinly than nearly all others float: dust, birds, mixed pixels that are one
+/// another's neighbours. A sparse surface is far from a scanner, and stays. A guess.
+const THIN_REACHES: f32 = 3.0;
+
+/// Thickness over reach above which points fill a volume: 0.45 in a ball in the mean, but a dozen points at random may lie flatter.
+const FILLED_PART: f32 = 0.12;
+
 /// Points in a row of the tree's order whose reaches are compared, to look for far points only where one may be.
 const BLOCK: usize = 256;
+
+/// Thickness against width of the points around one: below the first they are a surface or its edge, above the second they fill a
+/// volume. A box has 0.45 at its edges; a tree's leaves 0.6 to 0.9.
+const FILLED: [f64; 2] = [0.45, 0.65];
+
+/// Discs reach at most so many times as far as those of nearly all points: a few far points of a sweeping scanner would hide the
+/// scene. A guess.
+const LARGEST: f32 = 3.0;
+
+/// The share of the points that are not among the sparsest. A guess.
+const USUAL_SHARE: f64 = 0.95;
+
+/// In place of a disc that is not made yet.
+pub(crate) const NO_DISC: Disc = Disc {
+    position: [0.0; 3],
+    normal: [0.0; 3],
+    cut: [0.0; 3],
+    radius: 0.0,
+    spacing: 0.0,
+    thickness: 0.0,
+    colour: [0; 3],
+};
 
 /// A disc of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,6 +119,16 @@ pub struct LeftOut {
     pub without_spacing: u64,
 }
 
+/// The fate of points far from all others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Floating {
+    /// They get no disc.
+    #[default]
+    LeftOut,
+    /// They get a disc as large as their distance from the others asks for.
+    Kept,
+}
+
 /// Discs of a cloud.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prepared {
@@ -97,8 +136,18 @@ pub struct Prepared {
     pub origin_in_world: DVec3,
     /// Discs; those of neighbouring points lie near each other.
     pub discs: Vec<Disc>,
+    /// The number in the cloud of each disc's point.
+    pub points: Vec<u32>,
     /// How many points are left out.
     pub left_out: LeftOut,
+}
+
+/// The most memory that making discs of so many points takes beside the cloud, bytes: a place in the tree with its axis, a fit, a
+/// fate, a disc and its number.
+pub fn prepare_bytes(points: usize) -> u64 {
+    const EACH: usize =
+        size_of::<Place>() + 1 + size_of::<(Disc, f32)>() + 1 + size_of::<Disc>() + 4;
+    EACH as u64 * points as u64
 }
 
 /// Makes discs of points.
@@ -106,30 +155,84 @@ pub struct Prepared {
 /// # Errors
 /// [`Error::Input`] for a cloud that [`PointCloud::validate`] refuses.
 pub fn prepare(cloud: &PointCloud) -> Result<Prepared, Error> {
+    prepare_with(cloud, Floating::LeftOut)
+}
+
+/// Makes discs of points, and decides about those far from all others.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_with(cloud: &PointCloud, floating: Floating) -> Result<Prepared, Error> {
     cloud.validate()?;
     let tree = Tree::new(&cloud.positions);
-    let slots = 0..tree.places.len();
-    let fitted: Vec<(Disc, f32)> = slots
-        .into_par_iter()
-        .map(|slot| fitted(&tree, slot, cloud))
-        .collect();
+    let mut fitted = vec![(NO_DISC, 0.0); tree.places.len()];
+    let blocks = fitted.par_chunks_mut(BLOCK).enumerate();
+    blocks.for_each(|(block, fits)| {
+        let mut fitter = Fitter::new(&tree, cloud);
+        for (fit, slot) in fits.iter_mut().zip(block * BLOCK..) {
+            *fit = fitter.fitted(slot);
+        }
+    });
+    let reaches = fitted.iter().map(|(_, reach)| *reach);
+    let thin = THIN_REACHES * usual_most(reaches.collect());
     let keep: Vec<Keep> = fitted
         .par_chunks(BLOCK)
         .enumerate()
-        .flat_map_iter(|(block, discs)| kept(&tree, &fitted, discs, block * BLOCK))
+        .flat_map_iter(|(block, discs)| kept(&tree, (&fitted, thin), discs, block * BLOCK))
         .collect();
-    let count = |what| keep.par_iter().filter(|&&k| k == what).count() as u64;
-    let left_out = LeftOut {
-        isolated: count(Keep::Isolated),
-        without_spacing: count(Keep::WithoutSpacing),
+    let counted = |what| keep.par_iter().filter(|&&k| k == what).count() as u64;
+    let has_disc = |keep: Keep| match (keep, floating) {
+        (Keep::Kept, _) | (Keep::Isolated, Floating::Kept) => true,
+        (Keep::Isolated, Floating::LeftOut) | (Keep::WithoutSpacing, _) => false,
     };
+    let left_out = LeftOut {
+        isolated: match floating {
+            Floating::LeftOut => counted(Keep::Isolated),
+            Floating::Kept => 0,
+        },
+        without_spacing: counted(Keep::WithoutSpacing),
+    };
+    let places = tree.places.iter().zip(&keep);
+    let points = places.filter_map(|(place, keep)| has_disc(*keep).then_some(place.index));
+    let points = points.collect();
+    drop(tree);
     let pairs = fitted.into_iter().zip(keep);
-    let kept = pairs.filter_map(|((disc, _), keep)| (keep == Keep::Kept).then_some(disc));
+    let discs = pairs.filter_map(|((disc, _), keep)| has_disc(keep).then_some(disc));
+    let mut discs: Vec<Disc> = discs.collect();
+    limit(&mut discs);
     Ok(Prepared {
         origin_in_world: cloud.origin_in_world,
-        discs: kept.collect(),
+        discs,
+        points,
         left_out,
     })
+}
+
+/// The value that nearly all others stay below; 0 where there is no value.
+fn usual_most(mut values: Vec<f32>) -> f32 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let place = count((USUAL_SHARE * (values.len() - 1) as f64) as u64);
+    *values.select_nth_unstable_by(place, f32::total_cmp).1
+}
+
+/// Makes the largest discs smaller.
+fn limit(discs: &mut [Disc]) {
+    let usual = usual_most(discs.iter().map(|disc| disc.radius).collect());
+    for disc in discs {
+        let part = (LARGEST * usual / disc.radius).min(1.0);
+        disc.radius *= part;
+        disc.spacing *= part;
+    }
+}
+
+impl Prepared {
+    /// Gives each disc the colour, sRGB, that `colour` says for it and for the number of its point in the cloud.
+    pub fn recolour(&mut self, colour: impl Fn(&Disc, usize) -> [u8; 3] + Sync) {
+        let pairs = self.discs.par_iter_mut().zip(&self.points);
+        pairs.for_each(|(disc, &point)| disc.colour = colour(disc, point as usize));
+    }
 }
 
 /// The fate of a point.
@@ -140,39 +243,90 @@ enum Keep {
     WithoutSpacing,
 }
 
-/// The disc of a place, and its reach: the distance of its farthest near neighbour.
-fn fitted(tree: &Tree, slot: usize, cloud: &PointCloud) -> (Disc, f32) {
-    let place = tree.places[slot];
-    let near = tree.nearest(place.at, NEAR);
-    let mut plane = plane_of(tree, place.at, &near);
-    if plane.roughness() > ROUGH {
-        let wide = plane_of(tree, place.at, &tree.nearest(place.at, WIDE));
-        if wide.roughness() < FLATTER * plane.roughness() {
-            plane = wide;
+/// Makes discs of places that follow one another in the tree's order, so that each is near the one before it.
+struct Fitter<'a> {
+    tree: &'a Tree,
+    cloud: &'a PointCloud,
+    near: Nearest,
+    wide: Nearest,
+    /// The place before this one and the distance of its farthest near neighbour.
+    before: Option<(Vec3, f32)>,
+    /// Offsets of neighbours in the plane.
+    flat: [DVec2; MOST_NEIGHBOURS],
+}
+
+impl<'a> Fitter<'a> {
+    fn new(tree: &'a Tree, cloud: &'a PointCloud) -> Self {
+        Self {
+            tree,
+            cloud,
+            near: Nearest::new(),
+            wide: Nearest::new(),
+            before: None,
+            flat: [DVec2::ZERO; MOST_NEIGHBOURS],
         }
     }
-    let others = near.squares().len() - 1;
-    let reach = near.squares()[others].sqrt();
-    let (spacing, mut edge) = edge_of(tree, place.at, &near, &plane, None);
-    if edge.past < edge.radius {
-        // More neighbours tell the end of a surface from a gap between its points.
-        let wide = tree.nearest(place.at, WIDE);
-        edge = edge_of(tree, place.at, &wide, &plane, Some(spacing)).1;
+
+    /// The disc of a place, and its reach: the distance of its farthest near neighbour.
+    fn fitted(&mut self, slot: usize) -> (Disc, f32) {
+        let place = self.tree.places[slot];
+        // The neighbours of the place before are neighbours of this one, farther by the step between them.
+        let bound = self
+            .before
+            .map_or(f32::INFINITY, |(at, reach)| reach + at.distance(place.at));
+        self.tree.nearest(place.at, NEAR, bound, &mut self.near);
+        let squares = self.near.squares();
+        let reach = squares[squares.len() - 1].sqrt();
+        self.before = (squares.len() == NEAR).then_some((place.at, reach));
+        let mut plane = plane_of(self.tree, place.at, &self.near);
+        let mut has_wide = false;
+        if plane.roughness() > ROUGH {
+            self.tree
+                .nearest(place.at, WIDE, f32::INFINITY, &mut self.wide);
+            has_wide = true;
+            let wide = plane_of(self.tree, place.at, &self.wide);
+            if wide.roughness() < FLATTER * plane.roughness() {
+                plane = wide;
+            }
+        }
+        let (spacing, mut edge) = edge_of(
+            self.tree,
+            place.at,
+            &self.near,
+            &plane,
+            None,
+            &mut self.flat,
+        );
+        if edge.past < edge.radius {
+            // More neighbours tell the end of a surface from a gap between its points.
+            if !has_wide {
+                self.tree
+                    .nearest(place.at, WIDE, f32::INFINITY, &mut self.wide);
+            }
+            let (tree, wide) = (self.tree, &self.wide);
+            edge = edge_of(tree, place.at, wide, &plane, Some(spacing), &mut self.flat).1;
+        }
+        let cut = match edge.past < edge.radius {
+            true => (edge.outward / edge.past).as_vec3(),
+            false => Vec3::ZERO,
+        };
+        let disc = Disc {
+            position: place.at.to_array(),
+            normal: plane.normal.as_vec3().to_array(),
+            cut: cut.to_array(),
+            radius: single(edge.radius * part_of_rough(plane.roughness())),
+            spacing: single(spacing),
+            thickness: single(plane.deviations[0]),
+            colour: self.cloud.colours[place.index as usize],
+        };
+        (disc, reach)
     }
-    let cut = match edge.past < edge.radius {
-        true => (edge.outward / edge.past).as_vec3(),
-        false => Vec3::ZERO,
-    };
-    let disc = Disc {
-        position: place.at.to_array(),
-        normal: plane.normal.as_vec3().to_array(),
-        cut: cut.to_array(),
-        radius: single(edge.radius),
-        spacing: single(spacing),
-        thickness: single(plane.deviations[0]),
-        colour: cloud.colours[place.index as usize],
-    };
-    (disc, reach)
+}
+
+/// The part of a disc's radius that is drawn: all on a surface, where points fill a volume, as leaves do, half of it.
+fn part_of_rough(roughness: f64) -> f64 {
+    let rough = (roughness - FILLED[0]) / (FILLED[1] - FILLED[0]);
+    1.0 - 0.5 * rough.clamp(0.0, 1.0)
 }
 
 fn plane_of(tree: &Tree, at: Vec3, nearest: &Nearest) -> Plane {
@@ -205,81 +359,80 @@ struct Edge {
 }
 
 /// Finds where the surface ends around a point, which is away from the mean of its neighbours, and, where it is not known
-/// yet, the spacing.
+/// yet, the spacing. `flat` is filled with the neighbours' offsets in the plane.
 fn edge_of(
     tree: &Tree,
     at: Vec3,
     near: &Nearest,
     plane: &Plane,
     spacing: Option<f64>,
+    flat: &mut [DVec2; MOST_NEIGHBOURS],
 ) -> (f64, Edge) {
-    let offset = |&slot: &u32| {
-        let offset = (tree.places[slot as usize].at - at).as_dvec3();
-        offset - plane.normal * plane.normal.dot(offset)
-    };
+    let (u, v) = plane.normal.any_orthonormal_pair();
     let squares = near.squares();
+    let flat = &mut flat[..squares.len()];
+    let mut sum = DVec2::ZERO;
+    for (flat, &slot) in flat.iter_mut().zip(near.slots()) {
+        let offset = (tree.places[slot as usize].at - at).as_dvec3();
+        *flat = DVec2::new(offset.dot(u), offset.dot(v));
+        sum += *flat;
+    }
     let reach = f64::from(squares[squares.len() - 1]).sqrt();
-    let mean = near.slots().iter().map(offset).sum::<DVec3>() / squares.len() as f64;
+    let mean = sum / squares.len() as f64;
     let outward = (-mean).normalize_or_zero();
-    let extents = near.slots().iter().map(|slot| outward.dot(offset(slot)));
+    let extents = flat.iter().map(|&offset| outward.dot(offset));
     let mean_part = mean.length() / reach.max(f64::MIN_POSITIVE);
     let one_sided = (mean_part - WHOLE_MEAN) / (HALF_MEAN - WHOLE_MEAN);
     let part = 1.0 - 0.5 * one_sided.clamp(0.0, 1.0);
     let spacing = spacing.unwrap_or_else(|| spacing_of(near, part));
     let past = extents.fold(0.0, f64::max) + BORDER_SPACINGS * spacing;
-    let radius = reach_of(tree, at, near, plane, (outward, past), spacing);
+    let radius = reach_of(near, flat, (outward, past), spacing) + plane.deviations[0];
     let edge = Edge {
-        outward,
+        outward: outward.x * u + outward.y * v,
         past,
-        radius,
+        // Where points lie off their plane, neighbours' planes are tilted, and seen aslant they part.
+        radius: radius.clamp(0.5 * spacing, MOST_REACH_SPACINGS * spacing),
     };
     (spacing, edge)
 }
 
-/// The radius of a point's disc: how far its cell between the neighbours and the surface's end goes.
-fn reach_of(
-    tree: &Tree,
-    at: Vec3,
-    near: &Nearest,
-    plane: &Plane,
-    (outward, past): (DVec3, f64),
-    spacing: f64,
-) -> f64 {
-    let (u, v) = plane.normal.any_orthonormal_pair();
-    let flat = |offset: DVec3| DVec2::new(offset.dot(u), offset.dot(v));
-    let most = MOST_REACH_SPACINGS * spacing;
-    let mut cell = Cell::square(most);
-    for (&slot, &square) in near.slots().iter().zip(near.squares()) {
-        let reached = cell.farthest_square();
+/// How far a point's cell between its neighbours, whose offsets in the plane are given, and the surface's end goes.
+fn reach_of(near: &Nearest, flat: &[DVec2], (outward, past): (DVec2, f64), spacing: f64) -> f64 {
+    let mut cell = Cell::square(MOST_REACH_SPACINGS * spacing);
+    let mut reached = cell.farthest_square();
+    for (&neighbour, &square) in flat.iter().zip(near.squares()) {
         // A neighbour twice as far as the farthest corner cuts nothing, and no later one does.
         if f64::from(square) > 4.0 * reached {
             break;
         }
-        let neighbour = flat((tree.places[slot as usize].at - at).as_dvec3());
-        if neighbour.length_squared() > LEAST_APART * spacing * spacing {
+        let length_squared = neighbour.length_squared();
+        if length_squared > LEAST_APART * spacing * spacing && length_squared < 4.0 * reached {
             cell.keep_nearer_than(neighbour);
+            reached = cell.farthest_square();
         }
     }
-    cell.keep(flat(outward), past);
-    // Where points lie off their plane, neighbours' planes are tilted, and seen aslant they part.
-    let radius = REACH_MARGIN * cell.farthest_square().sqrt() + plane.deviations[0];
-    radius.clamp(0.5 * spacing, most)
+    cell.keep(outward, past);
+    REACH_MARGIN * cell.farthest_square().sqrt()
 }
 
-/// The fates of the points of a block, whose first one has this slot.
+/// The fates of the points of a block, whose first one has this slot. `thin` is the reach beyond which points that fill a volume float.
 fn kept<'a>(
     tree: &'a Tree,
-    all: &'a [(Disc, f32)],
+    (all, thin): (&'a [(Disc, f32)], f32),
     block: &'a [(Disc, f32)],
     first: usize,
 ) -> impl Iterator<Item = Keep> + 'a {
     let mut reaches: Vec<f32> = block.iter().map(|(_, reach)| *reach).collect();
     let middle = reaches.len() / 2;
     let usual = *reaches.select_nth_unstable_by(middle, f32::total_cmp).1;
-    let judge = move |(i, &(_, reach)): (usize, &(Disc, f32))| {
+    let floats = move |disc: &Disc, reach: f32, slot: usize| {
+        let is_dust = reach > thin && disc.thickness > FILLED_PART * reach;
+        is_dust || (reach > FAR_REACHES * usual && is_far(tree, all, slot))
+    };
+    let judge = move |(i, &(disc, reach)): (usize, &(Disc, f32))| {
         if !(reach > 0.0) {
             Keep::WithoutSpacing
-        } else if reach > FAR_REACHES * usual && is_far(tree, all, first + i) {
+        } else if floats(&disc, reach, first + i) {
             Keep::Isolated
         } else {
             Keep::Kept
@@ -290,7 +443,8 @@ fn kept<'a>(
 
 /// Returns true if most neighbours have nearer ones than this place.
 fn is_far(tree: &Tree, all: &[(Disc, f32)], slot: usize) -> bool {
-    let near = tree.nearest(tree.places[slot].at, NEAR);
+    let mut near = Nearest::new();
+    tree.nearest(tree.places[slot].at, NEAR, f32::INFINITY, &mut near);
     let neighbours = || {
         near.slots()
             .iter()

@@ -1,19 +1,22 @@
-//! Discs on the screen, listed by tile.
+//! Discs on the screen.
 //!
-//! Takes discs and a camera, returns [`Splat`]s in chunks of the source. A disc's plane gives the depth at each pixel
+//! Takes discs and a view, returns [`Splat`]s of a tile. A disc's plane gives the depth at each pixel
 //! exactly: 1/z is linear on the screen. So is, divided by z, the offset from the disc's middle: the quadratic form taken at the
 //! middle, times (z / middle's z)^2, is the exact ellipse of a perspective picture (Botsch et al. 2005).
 
-use glam::{DAffine3, DVec2, DVec3, Vec3};
-use rayon::prelude::*;
-use resample_core::image::linear_from_srgb;
-use resample_core::narrow::{pixel, side, single};
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x16, mask32x16, u32x16};
+use fearless_simd_macros::simd;
+use resample_core::Projection;
+use resample_core::light::{AMBIENT, DIFFUSE};
+use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
-use resample_core::tile::{ChunkBins, MAX_CHUNK_LEN, TileGrid};
-use resample_core::{Camera, Projection};
+use resample_core::tile::TILE_PX;
 
-use crate::cloud::options::CloudOptions;
-use crate::cloud::prepare::{Disc, Prepared};
+use crate::cloud::options::Shade;
+use crate::cloud::prepare::Disc;
+use crate::cloud::splat::Splat;
+use crate::cloud::view::{LANES, Lanes, Middles, Triple, View, dot, loaded};
 
 /// Footprints of the blend end at this many standard deviations, where a weight is 1/50 of that in the middle.
 pub(crate) const REACH_SIGMAS: f64 = 2.8;
@@ -21,270 +24,352 @@ pub(crate) const REACH_SIGMAS: f64 = 2.8;
 /// A tile also needs the pixels around it: the pixel's Gaussian reaches 1.5 px.
 pub(crate) const APRON_PX: usize = 1;
 
+/// Side of a block, px.
+pub(crate) const BLOCK_PX: usize = 4;
+
 /// Least half axis of a disc that is seen edge-on, px: keeps its form finite. An eighth of a subpixel of coverage.
-const LEAST_HALF_AXIS_PX: f64 = 1.0 / 32.0;
+pub(crate) const LEAST_HALF_AXIS_PX: f32 = 1.0 / 32.0;
 
 /// Largest reach of a disc from its middle, px: one that the eye stands on would cover the picture in every tile. A guess.
-const MOST_REACH_PX: f64 = 512.0;
+pub(crate) const MOST_REACH_PX: f32 = 512.0;
 
 /// Least sine of the angle between a ray and a disc's plane: below it the disc counts as so inclined.
-const LEAST_SINE: f64 = 1e-3;
+const LEAST_SINE: f32 = 1e-3;
 
 /// Largest factor by which an inclined disc's tolerance grows with the length of a ray inside it. A guess.
-const MOST_STRETCH: f64 = 4.0;
+const MOST_STRETCH: f32 = 4.0;
 
 /// Standard deviations of noise that still belong to a surface: the front of it is found from the nearest of many points,
 /// about two deviations before the middle, and the others lie up to two behind.
-const THICKNESS_SIGMAS: f64 = 4.0;
+const THICKNESS_SIGMAS: f32 = 4.0;
 
-/// A disc on the screen. Forms are of the offset of a pixel's centre from the disc's middle, px.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Splat {
-    /// The disc's middle, px.
-    pub(crate) at: [f32; 2],
-    /// Camera z of the middle, world units.
-    pub(crate) z: f32,
-    /// Camera z changes by at most this over the disc, world units.
-    pub(crate) half_depth: f32,
-    /// How far behind it other discs belong to its surface, world units.
-    pub(crate) tolerance: f32,
-    /// Perspective: change of z of the middle over z; orthographic: change of z, world units. Per px.
-    pub(crate) slope: [f32; 2],
-    /// The blend's Gaussian exp(-q / 2): xx, twice xy, yy.
-    pub(crate) gaussian: [f32; 3],
-    /// The disc itself, q <= 1: xx, twice xy, yy.
-    pub(crate) disc: [f32; 3],
-    /// The disc's cut: what is above 1 lies outside.
-    pub(crate) cut: [f32; 2],
-    /// Weight in the middle, 1/px^2: the disc's share of the surface over the Gaussian's area.
-    pub(crate) weight: f32,
-    /// Linear colour.
-    pub(crate) rgb: [f32; 3],
-    /// First pixel column and row and the ends, of the disc; exclusive.
-    pub(crate) disc_box: [u16; 4],
-    /// As `disc_box`, of the blend's footprint.
-    pub(crate) blend_box: [u16; 4],
-}
+/// Screen area of a disc that is seen edge-on, px^2: something of its colour remains. A guess.
+const LEAST_AREA_PX2: f32 = 1e-6;
 
-/// How discs are projected: all that does not depend on the disc.
+/// Discs that are projected together.
 #[derive(Clone, Debug)]
-pub(crate) struct Projector<'a> {
-    camera: &'a Camera,
-    camera_from_disc: DAffine3,
-    options: &'a CloudOptions,
-    linear: [f32; 256],
+pub(crate) struct Gathered {
+    count: usize,
+    offset: [Lanes; 3],
+    base: [Lanes; 3],
+    normal: [Lanes; 3],
+    cut: [Lanes; 3],
+    radius: Lanes,
+    spacing: Lanes,
+    thickness: Lanes,
+    colour: [Lanes; 3],
 }
 
-/// The derivatives of a place on the screen and of a plane's depth there.
-struct Local {
-    /// Rows: change of screen x and y per world unit, px.
-    from_camera: [DVec3; 2],
-    /// Camera-space change of the place where a pixel's ray meets the plane, per px along x and y.
-    hit: [DVec3; 2],
-    slope: DVec2,
-    sine: f64,
+/// Projected discs, as the fields of [`Splat`].
+struct Projected {
+    seen: u64,
+    at: [Lanes; 2],
+    z: Lanes,
+    depths: [Lanes; 2],
+    tolerance: Lanes,
+    slope: [Lanes; 2],
+    gaussian: [Lanes; 3],
+    disc: [Lanes; 3],
+    cut: [Lanes; 2],
+    weight: Lanes,
+    light: Lanes,
+    disc_box: [[u32; LANES]; 4],
+    /// First and last column and row of blocks.
+    blend_box: [[u32; LANES]; 4],
 }
 
-/// Projects the discs into chunks, which are kept from frame to frame.
-pub(crate) fn project(
-    prepared: &Prepared,
-    camera: &Camera,
-    options: &CloudOptions,
-    chunks: &mut Vec<ChunkBins<Splat>>,
-) {
-    let projector = Projector::new(prepared.origin_in_world, camera, options);
-    let grid = TileGrid::new(camera.width as usize, camera.height as usize);
-    let count = prepared.discs.len().div_ceil(MAX_CHUNK_LEN);
-    chunks.resize_with(count, ChunkBins::default);
-    let discs = prepared.discs.par_chunks(MAX_CHUNK_LEN);
-    chunks
-        .par_iter_mut()
-        .zip(discs)
-        .enumerate()
-        .for_each(|(number, (bins, discs))| {
-            bins.clear();
-            for splat in discs.iter().filter_map(|disc| projector.splat(disc)) {
-                let [x0, y0, x1, y1] = union(grown(splat.disc_box), splat.blend_box);
-                let apron = side(APRON_PX);
-                let columns = [
-                    x0.saturating_sub(apron),
-                    (x1 + apron).min(side(camera.width as usize)),
-                ];
-                let rows = [
-                    y0.saturating_sub(apron),
-                    (y1 + apron).min(side(camera.height as usize)),
-                ];
-                bins.push(splat, 0, grid.rect(columns, rows));
-            }
-            bins.bin(number);
-        });
-}
-
-fn union(a: [u16; 4], b: [u16; 4]) -> [u16; 4] {
-    [
-        a[0].min(b[0]),
-        a[1].min(b[1]),
-        a[2].max(b[2]),
-        a[3].max(b[3]),
-    ]
-}
-
-impl<'a> Projector<'a> {
-    fn new(origin_in_world: DVec3, camera: &'a Camera, options: &'a CloudOptions) -> Self {
-        let pose = &camera.camera_from_world;
-        // The camera's place relative to the origin first: both may lie 1e7 units from 0.
-        let offset = pose.matrix3 * (origin_in_world - camera.eye_in_world());
-        let linear = |code: usize| linear_from_srgb(code as f32 / 255.0);
+impl Gathered {
+    pub(crate) fn new() -> Self {
+        const NONE: Lanes = [0.0; LANES];
         Self {
-            camera,
-            camera_from_disc: DAffine3::from_mat3_translation(pose.matrix3, offset),
-            options,
-            linear: std::array::from_fn(linear),
+            count: 0,
+            offset: [NONE; 3],
+            base: [NONE; 3],
+            normal: [NONE; 3],
+            cut: [NONE; 3],
+            radius: NONE,
+            spacing: NONE,
+            thickness: NONE,
+            colour: [NONE; 3],
         }
     }
 
-    /// The splat of a disc; `None` where the camera does not see it.
-    fn splat(&self, disc: &Disc) -> Option<Splat> {
-        let camera = self.camera;
-        let rotation = self.camera_from_disc.matrix3;
-        let vector = |v: [f32; 3]| rotation * Vec3::from(v).as_dvec3();
-        let middle = vector(disc.position) + self.camera_from_disc.translation;
-        if !(middle.z > camera.near) {
-            return None;
-        }
-        let at = camera.screen_from_camera(middle);
-        let (normal, cut) = (vector(disc.normal), vector(disc.cut));
-        let local = self.local(middle, normal);
-        let (spacing, radius) = (f64::from(disc.spacing), f64::from(disc.radius));
-        // The blend reaches wherever the disc covers.
-        let sigma = (self.options.sigma_spacings * spacing).max(radius / REACH_SIGMAS);
-        let shape = local.gram(normal);
-        let pixel = PIXEL_SIGMA_PX * PIXEL_SIGMA_PX;
-        let blurred = plus(shape.map(|g| g * sigma * sigma), pixel);
-        let edge = LEAST_HALF_AXIS_PX * LEAST_HALF_AXIS_PX;
-        let ellipse = plus(shape.map(|g| g * radius * radius), edge);
-        let (gaussian, disc_form) = (inverse(blurred)?, inverse(ellipse)?);
-        let half_depth = radius * (1.0 - normal.z * normal.z).max(0.0).sqrt();
-        // A disc's near side is larger on the screen than its middle says.
-        let grown = match camera.projection {
-            Projection::Perspective => middle.z / (middle.z - half_depth).max(camera.near),
-            Projection::Orthographic => 1.0,
-        };
-        let boxed = |covariance: [f64; 3], deviations: f64| {
-            let reach =
-                DVec2::new(covariance[0], covariance[2]).map(f64::sqrt) * (deviations * grown);
-            self.pixel_box(at, reach.min(DVec2::splat(MOST_REACH_PX)))
-        };
-        let (disc_box, blend_box) = (boxed(ellipse, 1.0)?, boxed(blurred, REACH_SIGMAS)?);
-        let weight = weight(shape, spacing, blurred);
-        let splat = Splat {
-            at: [single(at.x), single(at.y)],
-            z: single(middle.z),
-            half_depth: single(half_depth),
-            tolerance: single(self.tolerance(disc, local.sine)),
-            slope: [single(local.slope.x), single(local.slope.y)],
-            gaussian,
-            disc: disc_form,
-            cut: local.hit.map(|h| single(cut.dot(h))),
-            weight: single(weight),
-            rgb: disc.colour.map(|code| self.linear[usize::from(code)]),
-            disc_box,
-            blend_box,
-        };
-        (splat.weight.is_finite() && at.is_finite()).then_some(splat)
-    }
-
-    /// How far behind a disc others belong to its surface, seen at an angle of this sine.
-    fn tolerance(&self, disc: &Disc, sine: f64) -> f64 {
-        let stretch = (1.0 / sine).min(MOST_STRETCH);
-        let spacings = self.options.depth_tolerance_spacings * stretch;
-        spacings * f64::from(disc.spacing) + THICKNESS_SIGMAS * f64::from(disc.thickness)
-    }
-
-    fn local(&self, middle: DVec3, normal: DVec3) -> Local {
-        let camera = self.camera;
-        let focal = DVec2::new(camera.fx, camera.fy);
-        match camera.projection {
-            Projection::Perspective => {
-                let ray = middle / middle.z;
-                let least = LEAST_SINE * middle.length();
-                let toward = normal.dot(middle);
-                let sine = (toward.abs() / middle.length()).max(LEAST_SINE);
-                let toward = least.max(toward.abs()).copysign(toward);
-                let slope = normal.truncate() / focal * (-middle.z / toward);
-                let step = focal.recip() * middle.z;
-                Local {
-                    from_camera: [
-                        DVec3::new(1.0, 0.0, -ray.x) * (focal.x / middle.z),
-                        DVec3::new(0.0, 1.0, -ray.y) * (focal.y / middle.z),
-                    ],
-                    hit: [
-                        DVec3::X * step.x + ray * (slope.x * middle.z),
-                        DVec3::Y * step.y + ray * (slope.y * middle.z),
-                    ],
-                    slope,
-                    sine,
-                }
+    /// Takes up discs with their numbers, at most 16.
+    #[inline(always)]
+    pub(crate) fn fill(&mut self, view: &View, numbers: &[u32], discs: &[Disc]) {
+        self.count = numbers.len();
+        for (lane, (&number, disc)) in numbers.iter().zip(discs).enumerate() {
+            let (offset, base) = view.placed(number as usize, disc);
+            for axis in 0..3 {
+                self.offset[axis][lane] = offset[axis];
+                self.base[axis][lane] = base[axis];
+                self.normal[axis][lane] = disc.normal[axis];
+                self.cut[axis][lane] = disc.cut[axis];
+                self.colour[axis][lane] = view.linear[usize::from(disc.colour[axis])];
             }
-            Projection::Orthographic => {
-                let sine = normal.z.abs().max(LEAST_SINE);
-                let slope = -normal.truncate() / focal / sine.copysign(normal.z);
-                Local {
-                    from_camera: [DVec3::X * focal.x, DVec3::Y * focal.y],
-                    hit: [
-                        DVec3::new(1.0 / focal.x, 0.0, slope.x),
-                        DVec3::new(0.0, 1.0 / focal.y, slope.y),
-                    ],
-                    slope,
-                    sine,
-                }
-            }
+            self.radius[lane] = disc.radius;
+            self.spacing[lane] = disc.spacing;
+            self.thickness[lane] = disc.thickness;
+        }
+    }
+}
+
+/// Adds the discs that the camera sees to the splats of the tile whose first pixel is `first`.
+#[simd]
+pub(crate) fn project<S: Simd>(
+    simd: S,
+    view: &View,
+    first: [usize; 2],
+    discs: &Gathered,
+    to: &mut Vec<Splat>,
+) {
+    let found = projected(simd, view, first, discs);
+    for lane in (0..discs.count).filter(|lane| found.seen >> lane & 1 == 1) {
+        let pick = |values: &Lanes| values[lane];
+        let light = found.light[lane];
+        let [x0, y0, x1, y1] = [0, 1, 2, 3].map(|i: usize| found.blend_box[i][lane]);
+        let blocks = if x0 <= x1 {
+            let columns = (0b10u16 << x1) - (1u16 << x0);
+            (y0..=y1).fold(0, |all, y| all | columns << (4 * y))
+        } else {
+            0
+        };
+        to.push(Splat {
+            at: [pick(&found.at[0]), pick(&found.at[1])],
+            z: pick(&found.z),
+            depths: [pick(&found.depths[0]), pick(&found.depths[1])],
+            tolerance: pick(&found.tolerance),
+            slope: [pick(&found.slope[0]), pick(&found.slope[1])],
+            gaussian: [
+                pick(&found.gaussian[0]),
+                pick(&found.gaussian[1]),
+                pick(&found.gaussian[2]),
+            ],
+            disc: [
+                pick(&found.disc[0]),
+                pick(&found.disc[1]),
+                pick(&found.disc[2]),
+            ],
+            cut: [pick(&found.cut[0]), pick(&found.cut[1])],
+            weight: pick(&found.weight),
+            rgb: [
+                light * discs.colour[0][lane],
+                light * discs.colour[1][lane],
+                light * discs.colour[2][lane],
+            ],
+            disc_box: [
+                found.disc_box[0][lane],
+                found.disc_box[1][lane],
+                found.disc_box[2][lane],
+                found.disc_box[3][lane],
+            ],
+            blocks,
+        });
+    }
+}
+
+#[simd]
+fn projected<S: Simd>(simd: S, view: &View, first: [usize; 2], discs: &Gathered) -> Projected {
+    let splat = |value: f32| f32x16::splat(simd, value);
+    let load = |values: &Lanes| f32x16::from_slice(simd, values);
+    let (zero, one) = (splat(0.0), splat(1.0));
+    let from = [first[0] as f64, first[1] as f64];
+    let middles = view.middles(simd, &discs.offset, &discs.base, from);
+    let Middles {
+        place,
+        ray,
+        at,
+        scale,
+    } = middles;
+    let z = place[2];
+    let normal = view.turned(simd, &discs.normal);
+    let cut = view.turned(simd, &discs.cut);
+    let [focal_x, focal_y] = view.focal;
+    // The depth of the plane changes along a ray that nearly lies in it without end.
+    let length = dot(&ray, &ray).sqrt();
+    let across = dot(&normal, &ray);
+    let inclined = across.abs().max(length * LEAST_SINE);
+    let toward = across.simd_lt(zero).select(zero - inclined, inclined);
+    let over = zero - one / toward;
+    let slope = [
+        normal[0] * over * (1.0 / focal_x),
+        normal[1] * over * (1.0 / focal_y),
+    ];
+    let slant = dot(&cut, &ray);
+    let unit = one / scale;
+    let cut = [
+        (slope[0].mul_add(slant, cut[0] * (1.0 / focal_x))) * unit,
+        (slope[1].mul_add(slant, cut[1] * (1.0 / focal_y))) * unit,
+    ];
+    let larger = splat(view.larger);
+    let radius = load(&discs.radius) * larger;
+    let spacing = load(&discs.spacing) * larger;
+    // The blend reaches wherever the disc covers.
+    let sigma =
+        (spacing * single(view.options.sigma_spacings)).max(radius * single(1.0 / REACH_SIGMAS));
+    let shape = Shape::of(simd, view.focal, &ray, &normal, across);
+    let pixel = single(PIXEL_SIGMA_PX * PIXEL_SIGMA_PX);
+    let blurred = shape.covariance(simd, sigma * scale, pixel);
+    let edge = LEAST_HALF_AXIS_PX * LEAST_HALF_AXIS_PX;
+    let ellipse = shape.covariance(simd, radius * scale, edge);
+    let half_depth = radius * normal[0].mul_add(normal[0], normal[1] * normal[1]).sqrt();
+    let nearest = z - half_depth;
+    // A disc's near side is larger on the screen than its middle says.
+    let grown = match view.projection {
+        Projection::Perspective => z / nearest.max(splat(view.near)),
+        Projection::Orthographic => one,
+    };
+    let area = (spacing * scale) * (spacing * scale) * shape.area;
+    let weight = area.max(splat(LEAST_AREA_PX2))
+        / (blurred.determinant.sqrt() * splat(std::f32::consts::TAU));
+    let stretch = (length / inclined).min(splat(MOST_STRETCH));
+    let behind = stretch * single(view.options.depth_tolerance_spacings);
+    let tolerance = behind.mul_add(spacing, load(&discs.thickness) * THICKNESS_SIGMAS);
+    let farthest_block = (TILE_PX / BLOCK_PX - 1) as f32;
+    let mut boxes = [[[0; LANES]; 4]; 2];
+    for axis in 0..2 {
+        let most = splat(MOST_REACH_PX);
+        let disc = (ellipse.matrix[2 * axis].sqrt() * grown).min(most);
+        let blend = (blurred.matrix[2 * axis].sqrt() * grown * single(REACH_SIGMAS)).min(most);
+        let side = splat((TILE_PX + 2 * APRON_PX) as f32);
+        // Pixels whose centres lie within, counted from the apron's first.
+        let low = (at[axis] - disc - 0.5).ceil() + APRON_PX as f32;
+        let high = (at[axis] + disc - 0.5).floor() + (APRON_PX + 1) as f32;
+        let whole = |v: f32x16<S>, to: &mut [u32; LANES]| v.to_int::<u32x16<S>>().store_slice(to);
+        whole(low.max(zero).min(side), &mut boxes[0][axis]);
+        whole(high.max(zero).min(side), &mut boxes[0][axis + 2]);
+        let per_block = 1.0 / BLOCK_PX as f32;
+        let low = ((at[axis] - blend - 0.5).ceil() * per_block).floor();
+        let high = ((at[axis] + blend - 0.5).floor() * per_block).floor();
+        // One that ends before the tile has its first block after its last.
+        let low = high
+            .simd_lt(zero)
+            .select(splat(4.0), low.max(zero).min(splat(4.0)));
+        whole(low, &mut boxes[1][axis]);
+        whole(
+            high.max(zero).min(splat(farthest_block)),
+            &mut boxes[1][axis + 2],
+        );
+    }
+    let seen = z.simd_gt(splat(view.near)) & blurred.is_usable(simd) & ellipse.is_usable(simd);
+    let seen = seen & weight.simd_lt(splat(f32::INFINITY));
+    let light = light(simd, view, (&ray, length), &normal);
+    let put = |value: f32x16<S>| {
+        let mut lanes = [0.0; LANES];
+        value.store_slice(&mut lanes);
+        lanes
+    };
+    let forms = |c: &Covariance<S>| {
+        let over = one / c.determinant;
+        let [xx, xy, yy] = c.matrix;
+        [put(yy * over), put(xy * over * -2.0), put(xx * over)]
+    };
+    Projected {
+        seen: seen.to_bitmask(),
+        at: [put(at[0]), put(at[1])],
+        z: put(z),
+        depths: [put(nearest), put(z + half_depth)],
+        tolerance: put(tolerance),
+        slope: [put(slope[0]), put(slope[1])],
+        gaussian: forms(&blurred),
+        disc: forms(&ellipse),
+        cut: [put(cut[0]), put(cut[1])],
+        weight: put(weight),
+        light: put(light),
+        disc_box: boxes[0],
+        blend_box: boxes[1],
+    }
+}
+
+/// The light on discs; their normals are turned to the eye.
+#[inline(always)]
+fn light<S: Simd>(
+    simd: S,
+    view: &View,
+    (ray, length): (&Triple<S>, f32x16<S>),
+    normal: &Triple<S>,
+) -> f32x16<S> {
+    let splat = |value: f32| f32x16::splat(simd, value);
+    let facing = || dot(normal, ray) / length;
+    match view.options.shade {
+        Shade::Unlit => splat(1.0),
+        Shade::Headlight => facing().abs().mul_add(splat(DIFFUSE), splat(AMBIENT)),
+        Shade::Lambert => {
+            let light = loaded(simd, &view.light.map(|c| [c; LANES]));
+            let towards = dot(normal, &light);
+            let lit = (towards * facing()).simd_lt(splat(0.0));
+            let towards = lit.select(towards.abs(), splat(0.0));
+            towards.mul_add(splat(DIFFUSE), splat(AMBIENT))
+        }
+    }
+}
+
+/// A unit disc on the screen, before its depth: J (I - n n') J', px^2.
+struct Shape<S: Simd> {
+    matrix: [f32x16<S>; 3],
+    /// The root of the determinant.
+    area: f32x16<S>,
+}
+
+/// A covariance, px^2: xx, xy, yy.
+struct Covariance<S: Simd> {
+    matrix: [f32x16<S>; 3],
+    determinant: f32x16<S>,
+}
+
+impl<S: Simd> Shape<S> {
+    /// The rows of J are (f, 0, -f x) and (0, f, -f y) for a ray (x, y, 1). A row less its part along the normal is as long as its
+    /// cross product with the normal, which does not cancel.
+    #[inline(always)]
+    fn of(
+        simd: S,
+        [focal_x, focal_y]: [f32; 2],
+        [x, y, _]: &Triple<S>,
+        [nx, ny, nz]: &Triple<S>,
+        across: f32x16<S>,
+    ) -> Self {
+        let (x, y, nx, ny, nz) = (*x, *y, *nx, *ny, *nz);
+        let (fx, fy) = (f32x16::splat(simd, focal_x), f32x16::splat(simd, focal_y));
+        let first = [x * ny * fx, (x * nx + nz) * fx, ny * fx];
+        let second = [(y * ny + nz) * fy, y * nx * fy, nx * fy];
+        let mixed = first[0] * second[0] + first[1] * second[1];
+        Self {
+            matrix: [
+                dot(&first, &first),
+                mixed - first[2] * second[2],
+                dot(&second, &second),
+            ],
+            area: across.abs() * fx * fy,
         }
     }
 
-    /// The pixels whose centres lie within `reach` of `at`; `None` where none of the picture nor next to it does.
-    fn pixel_box(&self, at: DVec2, reach: DVec2) -> Option<[u16; 4]> {
-        let size = DVec2::new(f64::from(self.camera.width), f64::from(self.camera.height));
-        let (first, end) = ((at - reach - 0.5).ceil(), (at + reach - 0.5).floor() + 1.0);
-        let near = first.cmple(size + 1.0).all() && end.cmpge(DVec2::NEG_ONE).all();
-        let (first, end) = (first.clamp(DVec2::ZERO, size), end.clamp(DVec2::ZERO, size));
-        near.then_some([pixel(first.x), pixel(first.y), pixel(end.x), pixel(end.y)])
+    /// The disc's, of this size on the screen, widened by a variance.
+    #[inline(always)]
+    fn covariance(&self, simd: S, size: f32x16<S>, variance: f32) -> Covariance<S> {
+        let variance = f32x16::splat(simd, variance);
+        let square = size * size;
+        let [xx, xy, yy] = [
+            self.matrix[0] * square,
+            self.matrix[1] * square,
+            self.matrix[2] * square,
+        ];
+        let area = square * self.area;
+        // All terms are positive: nothing cancels.
+        let determinant = area.mul_add(area, (xx + yy + variance) * variance);
+        Covariance {
+            matrix: [xx + variance, xy, yy + variance],
+            determinant,
+        }
     }
 }
 
-/// The pixels of a box and those next to it.
-pub(crate) fn grown([x0, y0, x1, y1]: [u16; 4]) -> [u16; 4] {
-    [x0.saturating_sub(1), y0.saturating_sub(1), x1 + 1, y1 + 1]
-}
-
-impl Local {
-    /// J (I - n n') J': what a unit disc's covariance is on the screen, px^2 per world unit^2; xx, xy, yy.
-    fn gram(&self, normal: DVec3) -> [f64; 3] {
-        let [x, y] = self.from_camera;
-        let (nx, ny) = (x.dot(normal), y.dot(normal));
-        [x.dot(x) - nx * nx, x.dot(y) - nx * ny, y.dot(y) - ny * ny]
+impl<S: Simd> Covariance<S> {
+    #[inline(always)]
+    fn is_usable(&self, simd: S) -> mask32x16<S> {
+        let most = f32x16::splat(simd, f32::MAX);
+        self.determinant.simd_le(most)
+            & self.matrix[0].simd_le(most)
+            & self.matrix[2].simd_le(most)
+            & self.determinant.simd_gt(f32x16::splat(simd, 0.0))
     }
-}
-
-/// The screen area of a point's part of the surface over that of its blurred Gaussian.
-fn weight(shape: [f64; 3], spacing: f64, blurred: [f64; 3]) -> f64 {
-    let determinant = |[xx, xy, yy]: [f64; 3]| (xx * yy - xy * xy).max(0.0);
-    let area_px2 = spacing * spacing * determinant(shape).sqrt();
-    // Seen edge-on an area vanishes; something of its colour remains. A millionth of a pixel is a guess.
-    area_px2.max(1e-6) / (std::f64::consts::TAU * determinant(blurred).sqrt())
-}
-
-fn plus(covariance: [f64; 3], variance: f64) -> [f64; 3] {
-    [
-        covariance[0] + variance,
-        covariance[1],
-        covariance[2] + variance,
-    ]
-}
-
-/// The form xx, twice xy, yy of a covariance; `None` where it is not finite.
-fn inverse([xx, xy, yy]: [f64; 3]) -> Option<[f32; 3]> {
-    let determinant = xx * yy - xy * xy;
-    let form = [yy, -2.0 * xy, xx].map(|c| single(c / determinant));
-    (determinant > 0.0 && form.iter().all(|f| f.is_finite())).then_some(form)
 }

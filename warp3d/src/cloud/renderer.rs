@@ -3,14 +3,15 @@
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
 use resample_core::narrow::side;
-use resample_core::sort::entry_index;
-use resample_core::tile::{ChunkBins, TILE_PX, TileGrid};
-use resample_core::{Camera, Image};
+use resample_core::simd::SimdLevel;
+use resample_core::tile::TILE_PX;
+use resample_core::{Camera, Image, dispatch};
 
+use crate::cloud::listed::Listed;
 use crate::cloud::options::CloudOptions;
-use crate::cloud::prepare::{LeftOut, Prepared};
-use crate::cloud::project::{Splat, project};
-use crate::cloud::tile::{Pixel, TileJob, TileScratch};
+use crate::cloud::prepare::{Disc, LeftOut, Prepared};
+use crate::cloud::tile::{EMPTY, Pixel, TileScratch, draw_tile};
+use crate::cloud::view::View;
 use crate::{Error, StageTime};
 
 /// Draws a prepared cloud, picture after picture.
@@ -18,7 +19,9 @@ use crate::{Error, StageTime};
 pub struct CloudRenderer {
     prepared: Prepared,
     options: CloudOptions,
-    chunks: Vec<ChunkBins<Splat>>,
+    listed: Listed,
+    /// The camera and the options that `listed` belongs to.
+    listed_for: Option<(Camera, CloudOptions)>,
 }
 
 /// A picture and what it cost.
@@ -47,10 +50,31 @@ pub struct CloudStats {
     pub draw: StageTime,
 }
 
-/// The pixels of a tile, and where it lies.
-struct DrawnTile {
-    job: TileJob,
-    pixels: Vec<Pixel>,
+/// A part of a picture that begins at edges of tiles.
+struct Window {
+    first_tile: [usize; 2],
+    /// Width and height, px.
+    size: [usize; 2],
+}
+
+impl Window {
+    fn new(camera: &Camera, first: [usize; 2], size: [usize; 2]) -> Result<Self, Error> {
+        let whole = [camera.width as usize, camera.height as usize];
+        let is_inside = (0..2).all(|axis| {
+            let end = first[axis].checked_add(size[axis]);
+            first[axis].is_multiple_of(TILE_PX) && end.is_some_and(|end| end <= whole[axis])
+        });
+        if !is_inside {
+            return Err(Error::Option(format!(
+                "a window of {size:?} pixels from {first:?} on is not inside of {}x{}, or begins within {TILE_PX} pixels",
+                whole[0], whole[1]
+            )));
+        }
+        Ok(Self {
+            first_tile: first.map(|place| place / TILE_PX),
+            size,
+        })
+    }
 }
 
 impl CloudRenderer {
@@ -63,7 +87,8 @@ impl CloudRenderer {
         Ok(Self {
             prepared,
             options: options.clone(),
-            chunks: Vec::new(),
+            listed: Listed::default(),
+            listed_for: None,
         })
     }
 
@@ -77,83 +102,105 @@ impl CloudRenderer {
         Ok(())
     }
 
+    /// The discs.
+    pub fn prepared(&self) -> &Prepared {
+        &self.prepared
+    }
+
+    /// Takes other colours, as [`Prepared::recolour`] does.
+    pub fn recolour(&mut self, colour: impl Fn(&Disc, usize) -> [u8; 3] + Sync) {
+        self.prepared.recolour(colour);
+    }
+
     /// The picture from `camera`.
     ///
     /// # Errors
     /// The camera is invalid.
     pub fn render(&mut self, camera: &Camera) -> Result<CloudFrame, Error> {
+        let size = [camera.width as usize, camera.height as usize];
+        self.render_window(camera, [0, 0], size)
+    }
+
+    /// A window of the picture from `camera`: the pixels that the whole picture has there. It begins at edges of tiles
+    /// ([`TILE_PX`]).
+    ///
+    /// # Errors
+    /// The camera is invalid, or the window does not begin at edges of tiles or leaves the picture.
+    pub fn render_window(
+        &mut self,
+        camera: &Camera,
+        first: [usize; 2],
+        size: [usize; 2],
+    ) -> Result<CloudFrame, Error> {
         let camera = camera
             .validated()
             .map_err(|e| Error::Option(e.to_string()))?;
+        let window = Window::new(&camera, first, size)?;
         let mut stats = CloudStats {
             discs: self.prepared.discs.len() as u64,
             left_out: self.prepared.left_out,
             ..CloudStats::default()
         };
         let clock = StageClock::start();
-        project(&self.prepared, &camera, &self.options, &mut self.chunks);
+        let wanted = (camera, self.options.clone());
+        let level = SimdLevel::Auto.resolve();
+        let view = View::new(&self.prepared, &camera, &self.options, level);
+        if self.listed_for.as_ref() != Some(&wanted) {
+            self.listed.fill(&view);
+            self.listed_for = Some(wanted);
+        }
         stats.project = clock.stop();
         let in_view = self
+            .listed
             .chunks
             .iter()
             .map(|chunk| chunk.primitives.len() as u64);
         stats.in_view = in_view.sum();
         let clock = StageClock::start();
-        let image = self.draw(&camera);
+        let image = draw(&view, &self.listed, &window);
         stats.draw = clock.stop();
         stats.seen = image.rgba.iter().filter(|pixel| pixel[3] > 0.0).count() as u64;
         Ok(CloudFrame { image, stats })
     }
+}
 
-    fn draw(&self, camera: &Camera) -> Image {
-        let (width, height) = (camera.width as usize, camera.height as usize);
-        let grid = TileGrid::new(width, height);
-        let tiles: Vec<DrawnTile> = (0..grid.columns() * grid.rows())
-            .into_par_iter()
-            .map_init(TileScratch::new, |scratch, tile| {
-                let place = [tile % grid.columns(), tile / grid.columns()];
-                self.draw_tile(camera, place, scratch)
-            })
-            .collect();
-        let mut image = Image::transparent(width, height);
-        let mut depth = vec![f32::INFINITY; width * height];
-        for DrawnTile { job, pixels } in &tiles {
-            for (row, pixels) in pixels.chunks_exact(job.size[0]).enumerate() {
-                let start = (job.first[1] + row) * width + job.first[0];
-                for (i, pixel) in pixels.iter().enumerate() {
-                    image.rgba[start + i] = pixel.rgba;
-                    depth[start + i] = pixel.depth;
+fn draw(view: &View, listed: &Listed, window: &Window) -> Image {
+    let [width, height] = window.size;
+    let mut image = Image::transparent(width, height);
+    let mut depth = vec![EMPTY.depth; width * height];
+    let rows = image
+        .rgba
+        .par_chunks_mut(TILE_PX * width)
+        .zip(depth.par_chunks_mut(TILE_PX * width))
+        .enumerate();
+    rows.for_each_init(
+        || Box::new(TileScratch::new(view.options.subpixels as usize)),
+        |scratch, (row, (rgba, depth))| {
+            for column in 0..width.div_ceil(TILE_PX) {
+                let tile = [
+                    side(window.first_tile[0] + column),
+                    side(window.first_tile[1] + row),
+                ];
+                let pixels =
+                    dispatch!(view.level, simd => draw_tile(simd, view, listed, tile, scratch));
+                if let Some(pixels) = pixels {
+                    put(pixels, column * TILE_PX, width, rgba, depth);
                 }
             }
-        }
-        image.depth = Some(depth);
-        image
-    }
+        },
+    );
+    image.depth = Some(depth);
+    image
+}
 
-    fn draw_tile(
-        &self,
-        camera: &Camera,
-        place: [usize; 2],
-        scratch: &mut TileScratch,
-    ) -> DrawnTile {
-        let first = place.map(|p| p * TILE_PX);
-        let size = [camera.width as usize, camera.height as usize];
-        let job = TileJob {
-            first,
-            size: std::array::from_fn(|axis| (size[axis] - first[axis]).min(TILE_PX)),
-            picture: size,
-            projection: camera.projection,
-            blend: self.options.blend,
-        };
-        let lists = || {
-            self.chunks.iter().flat_map(move |chunk| {
-                let list = chunk.tile(side(place[0]), side(place[1]));
-                list.iter()
-                    .map(|&entry| &chunk.primitives[entry_index(entry) as usize & 0xffff])
-            })
-        };
-        let mut pixels = Vec::new();
-        scratch.draw(&job, lists, &mut pixels);
-        DrawnTile { job, pixels }
+/// Puts a tile into its rows of the picture, from this column on.
+fn put(pixels: &[Pixel], first: usize, width: usize, rgba: &mut [[f32; 4]], depth: &mut [f32]) {
+    let shown = TILE_PX.min(width - first);
+    let rows = rgba.chunks_mut(width).zip(depth.chunks_mut(width));
+    for (pixels, (rgba, depth)) in pixels.chunks(TILE_PX).zip(rows) {
+        for (i, pixel) in pixels[..shown].iter().enumerate() {
+            rgba[first + i] = pixel.rgba;
+            depth[first + i] = pixel.depth;
+        }
     }
 }

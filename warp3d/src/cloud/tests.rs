@@ -218,6 +218,32 @@ fn flying_pixels_are_left_out() {
     );
 }
 
+/// Dust in the air above a plane: its specks are one another's neighbours. A sparse plane beside the dense one stays.
+#[test]
+fn dust_is_left_out_and_a_sparse_surface_stays() {
+    let mut random = Random(9);
+    let mut place = |low: [f64; 3], high: [f64; 3]| -> [f32; 3] {
+        std::array::from_fn(|i| (low[i] + (high[i] - low[i]) * random.next()) as f32)
+    };
+    let mut positions: Vec<[f32; 3]> = (0..20_000)
+        .map(|_| place([0.0; 3], [20.0, 20.0, 0.0]))
+        .collect();
+    positions.extend((0..200).map(|_| place([0.0, 0.0, 5.0], [20.0, 20.0, 15.0])));
+    positions.extend((0..600).map(|_| place([30.0, 0.0, 0.0], [60.0, 20.0, 0.0])));
+    let prepared = prepare(&of_places(positions)).unwrap();
+    let above = prepared.discs.iter().filter(|disc| disc.position[2] > 2.0);
+    let (above, beside) = (
+        above.count(),
+        prepared
+            .discs
+            .iter()
+            .filter(|disc| disc.position[0] > 25.0)
+            .count(),
+    );
+    println!("{above} of 200 specks and {beside} of 600 points beside are kept");
+    assert!(above <= 20 && beside >= 580, "{above} {beside}");
+}
+
 #[test]
 fn depth_is_that_of_the_surface() {
     let scene = Scene {
@@ -380,8 +406,8 @@ fn times_of_five_million_points() {
         shape: Shape::Sphere,
         waves: WAVES,
     };
-    let pose = pose(DVec3::new(0.6, -0.8, -3.0), DVec3::ZERO);
-    let camera = Camera::perspective(&pose, 0.62, [1920, 1080]).unwrap();
+    let first = pose(DVec3::new(0.6, -0.8, -3.0), DVec3::ZERO);
+    let camera = Camera::perspective(&first, 0.62, [1920, 1080]).unwrap();
     let per_px = 5e6 / scene.sampled(1.0, &camera).positions.len() as f64;
     let cloud = scene.sampled(per_px, &camera);
     for threads in [2, 1] {
@@ -398,7 +424,11 @@ fn times_of_five_million_points() {
                 clock.stop()
             );
             let mut renderer = CloudRenderer::new(prepared, &CloudOptions::default()).unwrap();
-            for _ in 0..3 {
+            for step in 0..3 {
+                // Another camera each time: what is listed for one is kept.
+                let eye = DVec3::new(0.6 + 0.001 * f64::from(step), -0.8, -3.0);
+                let camera =
+                    Camera::perspective(&pose(eye, DVec3::ZERO), 0.62, [1920, 1080]).unwrap();
                 let stats = renderer.render(&camera).unwrap().stats;
                 println!(
                     "project {:?}, draw {:?}, {} pixels",

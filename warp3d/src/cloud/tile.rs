@@ -1,68 +1,86 @@
 //! One tile of 16x16 px, with an apron: visibility, then the blend, then coverage.
 //!
-//! Takes the splats of a tile, returns colour and depth of its pixels. The front is, at each pixel, the least depth of
-//! a disc there plus the disc's tolerance; a disc before it belongs to the visible surface, and all that do are blended. A pixel whose
-//! neighbours are all covered is opaque. Else 4x4 subpixels, of it and of its neighbours, say whether a disc covers
-//! them, and the pixel's Gaussian sums them.
+//! Takes the discs of a tile, nearest first, returns colour and depth of its pixels. The front is, at each pixel, the least depth of
+//! a disc there plus the disc's tolerance; a disc before it belongs to the visible surface, and all that do are blended. Discs behind
+//! the whole front are not even projected. A pixel whose neighbours are all covered is opaque. Else subpixels, of it and of its
+//! neighbours, say whether a disc covers them, and the pixel's Gaussian sums them.
 
-use resample_core::Projection;
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
 use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
-use resample_core::tile::TILE_PX;
+use resample_core::sort::{entry_index, entry_key, sort_by_depth};
+use resample_core::tile::{MAX_CHUNK_LEN, TILE_AREA, TILE_PX};
 
-use crate::cloud::options::Blend;
-use crate::cloud::project::{APRON_PX, REACH_SIGMAS, Splat, grown};
+use crate::cloud::blend::{Blended, Block, blended};
+use crate::cloud::listed::Listed;
+use crate::cloud::prepare::NO_DISC;
+use crate::cloud::project::{APRON_PX, BLOCK_PX, Gathered, project};
+use crate::cloud::splat::Splat;
+use crate::cloud::view::{LANES, Lanes, View};
 
 /// Side of the tile with its apron, px.
 const SIDE: usize = TILE_PX + 2 * APRON_PX;
 
-/// Subpixels of a pixel along one axis. An edge along an axis is then known to 1/8 px, its coverage to that times the greatest
-/// density of the pixel's Gaussian, 0.8 per px: 0.1.
-const SUB: usize = 4;
+/// Columns of a row of the front: two vectors.
+const STRIDE: usize = 2 * LANES;
 
-/// A linear fit moves the colour by at most this many standard deviations of the offsets of the discs: beyond them it
-/// extrapolates. A guess.
-const MOST_SHIFT: f32 = 1.0;
+/// Blocks of a tile.
+const BLOCKS: usize = TILE_AREA / LANES;
 
-/// Weights below this are rounding.
-const LEAST_WEIGHT: f32 = 1e-12;
+/// Most subpixels of a pixel along one axis: a mask has 64 bits. With 4, an edge along an axis is known to 1/8 px, its coverage to
+/// that times the greatest density of the pixel's Gaussian, 0.8 per px: 0.1.
+const MOST_SUB: usize = 8;
 
-/// The sums of one pixel of the blend: of each disc the weight, its colour and depth, and their moments with the offset.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    weight: f32,
-    /// Red, green, blue, depth less the front's.
-    values: [f32; 4],
-    offset: [f32; 2],
-    /// xx, xy, yy.
-    square: [f32; 3],
-    /// Values times the offset along x and along y.
-    slopes: [[f32; 4]; 2],
-}
+/// Discs that are projected between two looks for the farthest front.
+const BATCH: usize = 4 * LANES;
+
+/// The columns of a row of the front, px from the tile's first corner.
+const COLUMNS: [Lanes; 2] = {
+    let mut columns = [[0.0; LANES]; 2];
+    let mut at = 0;
+    while at < STRIDE {
+        columns[at / LANES][at % LANES] = at as f32 + 0.5 - APRON_PX as f32;
+        at += 1;
+    }
+    columns
+};
+
+/// A value of each pixel of the tile with its apron.
+type Plane = [[f32; STRIDE]; SIDE];
 
 /// The buffers of a tile.
 #[derive(Clone, Debug)]
 pub(crate) struct TileScratch {
-    /// The farthest depth of the visible surface, of the tile with its apron; infinite where no disc is.
-    front: [f32; SIDE * SIDE],
+    entries: Vec<u64>,
+    sorted: Vec<u64>,
+    gathered: Gathered,
+    splats: Vec<Splat>,
+    of_block: [Vec<u32>; BLOCKS],
+    /// The farthest depth of the visible surface; infinite where no disc is.
+    front: Plane,
     /// Covered subpixels.
-    masks: [u16; SIDE * SIDE],
-    sums: [Sums; TILE_PX * TILE_PX],
+    masks: [[u64; SIDE]; SIDE],
+    alpha: [f32; TILE_AREA],
+    /// Subpixels of a pixel along one axis.
+    sub: usize,
+    /// Places of the subpixels from the pixel's centre along x and y, px, in fours of vectors.
+    places: [[Lanes; MOST_SUB * MOST_SUB / LANES]; 2],
     /// Weights of the subpixels of three pixels along one axis.
-    kernel: [f32; 3 * SUB],
+    kernel: [f32; 3 * MOST_SUB],
+    pixels: Vec<Pixel>,
 }
 
-/// Where a tile lies and how it is drawn.
+/// Where a tile lies.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TileJob {
+pub(crate) struct TilePlace {
     /// First pixel column and row.
     pub(crate) first: [usize; 2],
     /// Columns and rows in the picture.
     pub(crate) size: [usize; 2],
-    /// Columns and rows of the picture.
-    pub(crate) picture: [usize; 2],
-    pub(crate) projection: Projection,
-    pub(crate) blend: Blend,
+    /// First and end, along each axis, of the places of the tile with its apron that lie in the picture.
+    inside: [[usize; 2]; 2],
 }
 
 /// A drawn pixel.
@@ -74,96 +92,74 @@ pub(crate) struct Pixel {
     pub(crate) depth: f32,
 }
 
-const EMPTY: Pixel = Pixel {
+/// A pixel in which nothing is seen.
+pub(crate) const EMPTY: Pixel = Pixel {
     rgba: [0.0; 4],
     depth: f32::INFINITY,
 };
 
-/// A disc at one pixel: its depth and, for perspective, that over the depth of its middle.
-struct Met {
-    z: f32,
-    ratio: f32,
+impl TilePlace {
+    /// The tile in this column and row of tiles of a picture.
+    pub(crate) fn new(tile: [usize; 2], picture: [usize; 2]) -> Self {
+        let first = tile.map(|place| place * TILE_PX);
+        let inside = |axis: usize| {
+            let before = APRON_PX.min(first[axis]);
+            let left = picture[axis] - first[axis];
+            [APRON_PX - before, APRON_PX + left.min(TILE_PX + APRON_PX)]
+        };
+        Self {
+            first,
+            size: [0, 1].map(|axis: usize| (picture[axis] - first[axis]).min(TILE_PX)),
+            inside: [inside(0), inside(1)],
+        }
+    }
 }
 
 impl TileScratch {
-    pub(crate) fn new() -> Self {
-        let middle = 0.5 * (3 * SUB) as f64 - 0.5;
+    /// Buffers for so many subpixels along one axis of a pixel, at most 8.
+    pub(crate) fn new(sub: usize) -> Self {
+        let middle = 0.5 * (3 * sub) as f64 - 0.5;
         let weight = |i: usize| {
-            let d = (i as f64 - middle) / (SUB as f64 * PIXEL_SIGMA_PX);
+            let d = (i as f64 - middle) / (sub as f64 * PIXEL_SIGMA_PX);
             (-0.5 * d * d).exp()
         };
-        let sum: f64 = (0..3 * SUB).map(weight).sum();
+        let sum: f64 = (0..3 * sub).map(weight).sum();
+        let place = |i: usize| (i as f32 + 0.5) / sub as f32 - 0.5;
+        let lanes = |of: &dyn Fn(usize) -> usize| {
+            std::array::from_fn(|group| std::array::from_fn(|lane| place(of(LANES * group + lane))))
+        };
         Self {
-            front: [f32::INFINITY; SIDE * SIDE],
-            masks: [0; SIDE * SIDE],
-            sums: [Sums::default(); TILE_PX * TILE_PX],
+            entries: Vec::new(),
+            sorted: Vec::new(),
+            gathered: Gathered::new(),
+            splats: Vec::new(),
+            of_block: std::array::from_fn(|_| Vec::new()),
+            front: [[f32::INFINITY; STRIDE]; SIDE],
+            masks: [[0; SIDE]; SIDE],
+            alpha: [1.0; TILE_AREA],
+            sub,
+            places: [lanes(&|i| i % sub), lanes(&|i| i / sub)],
             kernel: std::array::from_fn(|i| single(weight(i) / sum)),
+            pixels: Vec::new(),
         }
     }
 
-    /// Draws a tile; `splats` may be walked several times, in the order of the source.
-    pub(crate) fn draw<'a, S>(&mut self, job: &TileJob, splats: impl Fn() -> S, to: &mut Vec<Pixel>)
-    where
-        S: Iterator<Item = &'a Splat>,
-    {
-        self.front.fill(f32::INFINITY);
-        self.sums.fill(Sums::default());
-        splats().for_each(|splat| self.find_front(job, splat));
-        let needed = self.rims(job);
-        if needed.is_some() {
-            self.widen_front();
-        }
-        let farthest = self.front.iter().fold(0.0, |a: f32, &b| a.max(b));
-        for splat in splats().filter(|splat| splat.z - splat.half_depth <= farthest) {
-            self.add(job, splat);
-        }
-        if let Some(needed) = &needed {
-            splats().for_each(|splat| self.cover(job, splat, needed));
-        }
-        to.clear();
-        for y in 0..job.size[1] {
-            for x in 0..job.size[0] {
-                let alpha = match &needed {
-                    Some(_) => self.alpha(job, x, y),
-                    None => 1.0,
-                };
-                to.push(self.pixel(job, x, y, alpha));
-            }
-        }
-    }
-
-    /// Lowers the front to where a disc is, at the pixels whose centres it covers.
-    fn find_front(&mut self, job: &TileJob, splat: &Splat) {
-        for_each_pixel(job, &splat.disc_box, APRON_PX, |slot, centre| {
-            let (dx, dy) = (centre[0] - splat.at[0], centre[1] - splat.at[1]);
-            let met = splat.met(job.projection, dx, dy);
-            if splat.covers(&met, dx, dy) {
-                let front = &mut self.front[slot];
-                *front = front.min(met.z + splat.tolerance);
-            }
-        });
-    }
-
-    /// The pixels of the tile with its apron whose subpixels matter: those within two of an uncovered one. `None` where every
-    /// pixel is covered.
-    fn rims(&mut self, job: &TileJob) -> Option<[bool; SIDE * SIDE]> {
-        let mut needed = [false; SIDE * SIDE];
+    /// Where subpixels matter: within two pixels of an uncovered one. `None` where every pixel is covered.
+    fn rims(&mut self, place: &TilePlace) -> Option<[[bool; SIDE]; SIDE]> {
+        let mut needed = [[false; SIDE]; SIDE];
         let mut any = false;
-        let ([left, right], [top, bottom]) = (inside_picture(job, 0), inside_picture(job, 1));
+        let [[left, right], [top, bottom]] = place.inside;
         for y in top..bottom {
             for x in left..right {
-                if self.front[y * SIDE + x] < f32::INFINITY {
+                if self.front[y][x] < f32::INFINITY {
                     continue;
                 }
                 any = true;
                 let columns = x.saturating_sub(2)..(x + 3).min(SIDE);
-                for y in y.saturating_sub(2)..(y + 3).min(SIDE) {
-                    needed[y * SIDE..][columns.clone()].fill(true);
+                for row in &mut needed[y.saturating_sub(2)..(y + 3).min(SIDE)] {
+                    row[columns.clone()].fill(true);
                 }
             }
-        }
-        for (mask, &needed) in self.masks.iter_mut().zip(&needed) {
-            *mask = if needed { 0 } else { u16::MAX };
         }
         any.then_some(needed)
     }
@@ -173,68 +169,42 @@ impl TileScratch {
         let narrow = self.front;
         for y in 1..SIDE - 1 {
             for x in 1..SIDE - 1 {
-                if narrow[y * SIDE + x] < f32::INFINITY {
+                if narrow[y][x] < f32::INFINITY {
                     continue;
                 }
-                let rows = (y - 1..y + 2).flat_map(|y| &narrow[y * SIDE + x - 1..y * SIDE + x + 2]);
-                self.front[y * SIDE + x] = rows.fold(f32::INFINITY, |a, &b| a.min(b));
+                let near = narrow[y - 1..y + 2]
+                    .iter()
+                    .flat_map(|row| &row[x - 1..x + 2]);
+                self.front[y][x] = near.fold(f32::INFINITY, |a, &b| a.min(b));
             }
         }
     }
 
-    /// Adds a disc to the blend of the pixels where it belongs to the visible surface.
-    fn add(&mut self, job: &TileJob, splat: &Splat) {
-        let (front, sums) = (&self.front, &mut self.sums);
-        for_each_pixel(job, &splat.blend_box, 0, |slot, centre| {
-            let (dx, dy) = (centre[0] - splat.at[0], centre[1] - splat.at[1]);
-            let met = splat.met(job.projection, dx, dy);
-            let q = met.ratio * met.ratio * form(&splat.gaussian, dx, dy);
-            let front = front[slot];
-            if q > single(REACH_SIGMAS * REACH_SIGMAS) || met.z > front {
-                return;
+    /// The part of each pixel's Gaussian that is covered.
+    fn find_alpha(&mut self, place: &TilePlace) {
+        for y in 0..place.size[1] {
+            for x in 0..place.size[0] {
+                self.alpha[y * TILE_PX + x] = self.alpha(place, x, y);
             }
-            let (x, y) = (slot % SIDE - APRON_PX, slot / SIDE - APRON_PX);
-            let weight = splat.weight * exp_of_negative(-0.5 * q);
-            let depth = if front < f32::INFINITY {
-                met.z - front
-            } else {
-                met.z
-            };
-            let [r, g, b] = splat.rgb;
-            sums[y * TILE_PX + x].add(weight, [r, g, b, depth], [-dx, -dy]);
-        });
-    }
-
-    /// Marks the subpixels that a disc covers.
-    fn cover(&mut self, job: &TileJob, splat: &Splat, needed: &[bool; SIDE * SIDE]) {
-        let masks = &mut self.masks;
-        // Subpixels lie up to half a pixel from their pixel's centre.
-        for_each_pixel(job, &grown(splat.disc_box), APRON_PX, |slot, centre| {
-            if !needed[slot] || masks[slot] == u16::MAX {
-                return;
-            }
-            for sub in 0..SUB * SUB {
-                let place = |i: usize| (i as f32 + 0.5) / SUB as f32 - 0.5;
-                let dx = centre[0] + place(sub % SUB) - splat.at[0];
-                let dy = centre[1] + place(sub / SUB) - splat.at[1];
-                let met = splat.met(job.projection, dx, dy);
-                masks[slot] |= u16::from(splat.covers(&met, dx, dy)) << sub;
-            }
-        });
+        }
     }
 
     /// The part of the pixel's Gaussian that is covered; the picture goes on past its border as it is there.
-    fn alpha(&self, job: &TileJob, x: usize, y: usize) -> f32 {
-        let ([left, right], [top, bottom]) = (inside_picture(job, 0), inside_picture(job, 1));
-        let mut alpha = 0.0;
-        for row in 0..3 * SUB {
-            let line = (y + row / SUB).clamp(top, bottom - 1) * SIDE;
+    fn alpha(&self, place: &TilePlace, x: usize, y: usize) -> f32 {
+        let [[left, right], [top, bottom]] = place.inside;
+        let (mut alpha, side) = (0.0, self.sub);
+        for row in 0..3 * side {
+            let line = &self.masks[(y + row / side).clamp(top, bottom - 1)];
             let mut sum = 0.0;
             for block in 0..3 {
-                let column = (x + block).clamp(left, right - 1);
-                let mask = self.masks[line + column] >> (row % SUB * SUB);
-                for sub in 0..SUB {
-                    sum += self.kernel[block * SUB + sub] * f32::from(mask >> sub & 1);
+                let mask = line[(x + block).clamp(left, right - 1)] >> (row % side * side);
+                for sub in 0..side {
+                    let is_covered = mask >> sub & 1 == 1;
+                    sum += if is_covered {
+                        self.kernel[block * side + sub]
+                    } else {
+                        0.0
+                    };
                 }
             }
             alpha += self.kernel[row] * sum;
@@ -243,146 +213,235 @@ impl TileScratch {
         if alpha > 1.0 - 1e-5 { 1.0 } else { alpha }
     }
 
-    fn pixel(&self, job: &TileJob, x: usize, y: usize, alpha: f32) -> Pixel {
-        let sums = &self.sums[y * TILE_PX + x];
-        if !(alpha > 0.0 && sums.weight > LEAST_WEIGHT) {
-            return EMPTY;
-        }
-        let [r, g, b, depth] = sums.value(job.blend);
-        let front = self.front[(y + APRON_PX) * SIDE + x + APRON_PX];
-        let light = |c: f32| alpha * c.clamp(0.0, 1.0);
-        Pixel {
-            rgba: [light(r), light(g), light(b), alpha],
-            depth: if front < f32::INFINITY {
-                front + depth
-            } else {
-                depth
-            },
-        }
-    }
-}
-
-impl Splat {
-    fn met(&self, projection: Projection, dx: f32, dy: f32) -> Met {
-        let change = self.slope[0] * dx + self.slope[1] * dy;
-        let (nearest, farthest) = (self.z - self.half_depth, self.z + self.half_depth);
-        match projection {
-            // z = middle's z / (1 - change); beyond the horizon of the plane it is as far as the disc goes.
-            Projection::Perspective => {
-                let z = self.z / (1.0 - change).max(f32::MIN_POSITIVE);
-                let z = z.clamp(nearest.max(0.0), farthest);
-                Met {
-                    z,
-                    ratio: z / self.z,
+    /// Lists the splats by the blocks where they may lie before the front.
+    fn list_by_block(&mut self, blocks: &[Block; BLOCKS]) {
+        let far = blocks.map(|block| block.front.iter().fold(0.0, |a: f32, &b| a.max(b)));
+        self.of_block.iter_mut().for_each(Vec::clear);
+        for (splat, number) in self.splats.iter().zip(0..) {
+            let mut left = splat.blocks;
+            while left != 0 {
+                let block = left.trailing_zeros() as usize;
+                left &= left - 1;
+                if splat.depths[0] <= far[block] {
+                    self.of_block[block].push(number);
                 }
             }
-            Projection::Orthographic => Met {
-                z: (self.z + change).clamp(nearest, farthest),
-                ratio: 1.0,
-            },
         }
     }
 
-    fn covers(&self, met: &Met, dx: f32, dy: f32) -> bool {
-        let q = met.ratio * met.ratio * form(&self.disc, dx, dy);
-        let cut = met.ratio * (self.cut[0] * dx + self.cut[1] * dy);
-        q <= 1.0 && cut <= 1.0
-    }
-}
-
-impl Sums {
-    fn add(&mut self, weight: f32, values: [f32; 4], [dx, dy]: [f32; 2]) {
-        self.weight += weight;
-        let (wx, wy) = (weight * dx, weight * dy);
-        for (i, value) in values.into_iter().enumerate() {
-            self.values[i] += weight * value;
-            self.slopes[0][i] += wx * value;
-            self.slopes[1][i] += wy * value;
-        }
-        self.offset[0] += wx;
-        self.offset[1] += wy;
-        self.square[0] += wx * dx;
-        self.square[1] += wx * dy;
-        self.square[2] += wy * dy;
-    }
-
-    /// The mean, or the fitted line at the pixel's centre.
-    fn value(&self, blend: Blend) -> [f32; 4] {
-        let scale = 1.0 / self.weight;
-        let mean = self.values.map(|v| v * scale);
-        if blend == Blend::Mean {
-            return mean;
-        }
-        let [x, y] = self.offset.map(|o| o * scale);
-        let [xx, xy, yy] = self.square.map(|s| s * scale);
-        let (xx, xy, yy) = (xx - x * x, xy - x * y, yy - y * y);
-        // A tenth of a tenth of the pixel's own variance: discs in one place have no slope.
-        let ridge = 0.01 * single(PIXEL_SIGMA_PX * PIXEL_SIGMA_PX);
-        let (xx, yy) = (xx + ridge, yy + ridge);
-        let determinant = xx * yy - xy * xy;
-        // The mean's place in standard deviations, and the weights of the slopes that lead from there to the pixel.
-        let (ax, ay) = (
-            (yy * x - xy * y) / determinant,
-            (xx * y - xy * x) / determinant,
-        );
-        let shift = (ax * x + ay * y).max(0.0).sqrt();
-        let part = if shift > MOST_SHIFT {
-            MOST_SHIFT / shift
-        } else {
-            1.0
-        };
-        std::array::from_fn(|i| {
-            let along_x = self.slopes[0][i] * scale - mean[i] * x;
-            let along_y = self.slopes[1][i] * scale - mean[i] * y;
-            mean[i] - part * (ax * along_x + ay * along_y)
+    /// The blocks with the front at their pixels.
+    fn blocks(&self) -> [Block; BLOCKS] {
+        std::array::from_fn(|block| {
+            let pixel = |lane: usize| pixel_of(block, lane);
+            Block {
+                x: std::array::from_fn(|lane| pixel(lane)[0] as f32 + 0.5),
+                y: std::array::from_fn(|lane| pixel(lane)[1] as f32 + 0.5),
+                front: std::array::from_fn(|lane| {
+                    let [x, y] = pixel(lane);
+                    self.front[y + APRON_PX][x + APRON_PX]
+                }),
+            }
         })
     }
+
+    fn put(&mut self, block: usize, blended: &Blended) {
+        for lane in 0..LANES {
+            let [x, y] = pixel_of(block, lane);
+            let alpha = self.alpha[y * TILE_PX + x];
+            let depth = blended.depth[lane];
+            if alpha > 0.0 && depth < f32::INFINITY {
+                let [r, g, b] = blended.rgb;
+                self.pixels[y * TILE_PX + x] = Pixel {
+                    rgba: [alpha * r[lane], alpha * g[lane], alpha * b[lane], alpha],
+                    depth,
+                };
+            }
+        }
+    }
 }
 
-fn form(form: &[f32; 3], dx: f32, dy: f32) -> f32 {
-    form[0] * dx * dx + form[1] * dx * dy + form[2] * dy * dy
-}
-
-/// e^x for -4 <= x <= 0 as (e^(x/16))^16 with four terms: each is wrong by (x/16)^5 / 120, all 16 by 1.3e-4 of the value at most.
-fn exp_of_negative(x: f32) -> f32 {
-    let x = x * (1.0 / 16.0);
-    let e = 1.0 + x * (1.0 + x * (0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0))));
-    let e = e * e;
-    let e = e * e;
-    let e = e * e;
-    e * e
-}
-
-/// First and end, along one axis, of the places of the tile with its apron that lie in the picture.
-fn inside_picture(job: &TileJob, axis: usize) -> [usize; 2] {
-    let before = APRON_PX.min(job.first[axis]);
-    let left = job.picture[axis] - job.first[axis];
+/// Column and row of a block's pixel in the tile.
+fn pixel_of(block: usize, lane: usize) -> [usize; 2] {
+    let across = TILE_PX / BLOCK_PX;
     [
-        APRON_PX - before,
-        APRON_PX + left.min(job.size[axis] + APRON_PX),
+        block % across * BLOCK_PX + lane % BLOCK_PX,
+        block / across * BLOCK_PX + lane / BLOCK_PX,
     ]
 }
 
-/// Visits the pixels of a box that lie in the tile and its apron: their slot with the apron, and their centre, px.
-fn for_each_pixel(
-    job: &TileJob,
-    &[x0, y0, x1, y1]: &[u16; 4],
-    apron: usize,
-    mut visit: impl FnMut(usize, [f32; 2]),
+/// Draws a tile: the pixels of its 16x16, in rows; `None` where no disc may be.
+#[simd]
+pub(crate) fn draw_tile<'a, S: Simd>(
+    simd: S,
+    view: &View,
+    listed: &Listed,
+    tile: [u16; 2],
+    scratch: &'a mut TileScratch,
+) -> Option<&'a [Pixel]> {
+    scratch.entries.clear();
+    for chunk in &listed.chunks {
+        scratch
+            .entries
+            .extend_from_slice(chunk.tile(tile[0], tile[1]));
+    }
+    if scratch.entries.is_empty() {
+        return None;
+    }
+    sort_by_depth(&mut scratch.entries, &mut scratch.sorted);
+    let place = TilePlace::new(tile.map(usize::from), view.size);
+    scratch.front = [[f32::INFINITY; STRIDE]; SIDE];
+    scratch.splats.clear();
+    find_front(simd, view, listed, &place, scratch);
+    let needed = scratch.rims(&place);
+    scratch.alpha.fill(1.0);
+    if let Some(needed) = &needed {
+        scratch.widen_front();
+        cover(simd, view, &place, needed, scratch);
+        scratch.find_alpha(&place);
+    }
+    let blocks = scratch.blocks();
+    scratch.list_by_block(&blocks);
+    scratch.pixels.clear();
+    scratch.pixels.resize(TILE_AREA, EMPTY);
+    let how = (view.projection, view.options.blend);
+    for (number, block) in blocks.iter().enumerate() {
+        let touching = &scratch.of_block[number];
+        if !touching.is_empty() {
+            let blended = blended(simd, block, how, &scratch.splats, touching);
+            scratch.put(number, &blended);
+        }
+    }
+    Some(&scratch.pixels)
+}
+
+/// Projects the discs that are not hidden by those before them, and finds the front.
+#[simd]
+fn find_front<S: Simd>(
+    simd: S,
+    view: &View,
+    listed: &Listed,
+    place: &TilePlace,
+    scratch: &mut TileScratch,
 ) {
-    let range = |axis: usize, first: u16, end: u16| {
-        let start = job.first[axis];
-        let low = usize::from(first).max(start.saturating_sub(apron));
-        let high = usize::from(end)
-            .min(start + job.size[axis] + apron)
-            .min(job.picture[axis]);
-        low..high
-    };
-    for y in range(1, y0, y1) {
-        let row = (y + APRON_PX - job.first[1]) * SIDE;
-        for x in range(0, x0, x1) {
-            let slot = row + x + APRON_PX - job.first[0];
-            visit(slot, [x as f32 + 0.5, y as f32 + 0.5]);
+    let mut far = f32::INFINITY;
+    let mut numbers = [0; BATCH];
+    let mut entries = scratch.entries.iter();
+    loop {
+        let mut count = 0;
+        for &entry in entries.by_ref() {
+            if f32::from_bits(entry_key(entry)) > far {
+                continue;
+            }
+            let index = entry_index(entry) as usize;
+            numbers[count] = listed.chunks[index / MAX_CHUNK_LEN].primitives[index % MAX_CHUNK_LEN];
+            count += 1;
+            if count == BATCH {
+                break;
+            }
+        }
+        if count == 0 {
+            break;
+        }
+        // They lie far apart in memory, and are fetched together.
+        let mut fetched = [NO_DISC; BATCH];
+        for (to, &number) in fetched.iter_mut().zip(&numbers[..count]) {
+            *to = view.discs[number as usize];
+        }
+        let groups = numbers[..count].chunks(LANES).zip(fetched.chunks(LANES));
+        let known = scratch.splats.len();
+        for (numbers, discs) in groups {
+            scratch.gathered.fill(view, numbers, discs);
+            project(
+                simd,
+                view,
+                place.first,
+                &scratch.gathered,
+                &mut scratch.splats,
+            );
+        }
+        lower_front(simd, view, &scratch.splats[known..], &mut scratch.front);
+        far = farthest(place, &scratch.front);
+    }
+}
+
+/// The farthest front of the pixels in the picture.
+fn farthest(place: &TilePlace, front: &Plane) -> f32 {
+    let [[left, right], [top, bottom]] = place.inside;
+    let mut far = 0f32;
+    for row in &front[top..bottom] {
+        let most = row[left..right]
+            .iter()
+            .fold(0.0, |a: f32, &b| if b > a { b } else { a });
+        if most == f32::INFINITY {
+            return most;
+        }
+        far = far.max(most);
+    }
+    far
+}
+
+/// Lowers the front to where discs are, at the pixels whose centres they cover.
+#[simd]
+fn lower_front<S: Simd>(simd: S, view: &View, splats: &[Splat], front: &mut Plane) {
+    let columns = [
+        f32x16::from_slice(simd, &COLUMNS[0]),
+        f32x16::from_slice(simd, &COLUMNS[1]),
+    ];
+    for disc in splats {
+        let [x0, y0, x1, y1] = disc.disc_box.map(|edge| edge as usize);
+        for (row, lanes) in front.iter_mut().enumerate().take(y1).skip(y0) {
+            let dy = row as f32 + 0.5 - APRON_PX as f32 - disc.at[1];
+            for half in x0 / LANES..x1.div_ceil(LANES) {
+                let (dx, dy) = (columns[half] - disc.at[0], f32x16::splat(simd, dy));
+                let met = disc.met(simd, view.projection, [dx, dy]);
+                let covers = disc.covers(simd, &met, [dx, dy]);
+                let lanes = &mut lanes[LANES * half..][..LANES];
+                let old = f32x16::from_slice(simd, lanes);
+                let new = old.min(met.z + disc.tolerance);
+                covers.select(new, old).store_slice(lanes);
+            }
+        }
+    }
+}
+
+/// Marks the subpixels that discs cover, where they are needed; elsewhere all are covered.
+#[simd]
+fn cover<S: Simd>(
+    simd: S,
+    view: &View,
+    place: &TilePlace,
+    needed: &[[bool; SIDE]; SIDE],
+    scratch: &mut TileScratch,
+) {
+    let side = scratch.sub;
+    let whole = u64::MAX >> (64 - side * side);
+    for (masks, needed) in scratch.masks.iter_mut().zip(needed) {
+        for (mask, &needed) in masks.iter_mut().zip(needed) {
+            *mask = if needed { 0 } else { u64::MAX };
+        }
+    }
+    let [[left, right], [top, bottom]] = place.inside;
+    for disc in &scratch.splats {
+        // Subpixels lie up to half a pixel from their pixel's centre.
+        let [x0, y0, x1, y1] = disc.disc_box.map(|edge| edge as usize);
+        for y in y0.saturating_sub(1).max(top)..(y1 + 1).min(bottom) {
+            for x in x0.saturating_sub(1).max(left)..(x1 + 1).min(right) {
+                let mask = &mut scratch.masks[y][x];
+                if *mask & whole == whole {
+                    continue;
+                }
+                let offset = [x, y].map(|place| place as f32 + 0.5 - APRON_PX as f32);
+                for group in 0..(side * side).div_ceil(LANES) {
+                    let place = |axis: usize| {
+                        let from_centre = f32x16::from_slice(simd, &scratch.places[axis][group]);
+                        from_centre + (offset[axis] - disc.at[axis])
+                    };
+                    let (dx, dy) = (place(0), place(1));
+                    let met = disc.met(simd, view.projection, [dx, dy]);
+                    let covered = disc.covers(simd, &met, [dx, dy]);
+                    *mask |= covered.to_bitmask() << (LANES * group) & whole;
+                }
+            }
         }
     }
 }

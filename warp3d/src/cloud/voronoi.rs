@@ -36,21 +36,22 @@ impl Cell {
         if corners.iter().all(|c| c.dot(across) <= most) {
             return;
         }
-        let mut kept = Self {
-            corners: [DVec2::ZERO; MOST_CORNERS],
-            count: 0,
-        };
-        for (i, &corner) in corners.iter().enumerate() {
-            let next = corners[(i + 1) % corners.len()];
-            let (here, there) = (most - corner.dot(across), most - next.dot(across));
-            if here >= 0.0 {
-                kept.push(corner);
-            }
+        let Self { corners, count } = *self;
+        let corners = &corners[..count];
+        self.count = 0;
+        let mut corner = corners[count - 1];
+        let mut here = most - corner.dot(across);
+        // Each side ends at a corner: what is cut from the side comes before it.
+        for &next in corners {
+            let there = most - next.dot(across);
             if (here >= 0.0) != (there >= 0.0) {
-                kept.push(corner + (next - corner) * (here / (here - there)));
+                self.push(corner + (next - corner) * (here / (here - there)));
             }
+            if there >= 0.0 {
+                self.push(next);
+            }
+            (corner, here) = (next, there);
         }
-        *self = kept;
     }
 
     /// Squared distance of the farthest corner; 0 where nothing is left.

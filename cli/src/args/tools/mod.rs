@@ -8,7 +8,8 @@ use clap::{Args, Subcommand, ValueEnum};
 use clap_complete::Shell;
 
 use crate::args::{
-    Drawing, GaussiansArgs, TexmapArgs, VolsplatArgs, VolumeArgs, Warp3dArgs, short_help,
+    Drawing, GaussiansArgs, PointsArgs, TexmapArgs, VolsplatArgs, VolumeArgs, Warp3dArgs,
+    short_help,
 };
 use crate::values;
 use crate::values::input_file::InputFile;
@@ -123,7 +124,7 @@ pub struct DemoArgs {
 /// Options of `resample info`.
 #[derive(Args, Clone, Debug)]
 pub struct InfoArgs {
-    /// Volume, 3-D Gaussians, mesh, picture or depth; a folder of slices, or a pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
+    /// Volume, 3-D Gaussians, mesh, scan, picture or depth; a folder of slices, or a pattern such as 'slices/*.tif'; FILE#PART reads a part of the file
     #[arg(value_name = "FILE[#PART]", value_parser = input_file::parser())]
     pub input: InputFile,
     /// Print JSON
@@ -172,6 +173,9 @@ pub enum Measured {
         mut_arg("output", unwritten)
     )]
     Warp3d(Box<MeasuredDepth>),
+    /// Measure how a scan of points is drawn
+    #[command(mut_args(short_help::points), mut_arg("output", unwritten))]
+    Points(Box<MeasuredPoints>),
 }
 
 /// A mesh and the measurement.
@@ -216,6 +220,15 @@ pub struct MeasuredDepth {
     measurement: TradeOptions,
     #[command(flatten, next_help_heading = None::<&str>)]
     drawing: Warp3dArgs,
+}
+
+/// A scan and the measurement.
+#[derive(Args, Clone, Debug)]
+pub struct MeasuredPoints {
+    #[command(flatten)]
+    measurement: TradeOptions,
+    #[command(flatten, next_help_heading = None::<&str>)]
+    drawing: PointsArgs,
 }
 
 /// Options of the measurement.
@@ -285,6 +298,11 @@ impl TradeArgs {
                 Drawing::Warp3d(Box::new(args.drawing)),
                 None,
             ),
+            Measured::Points(args) => (
+                args.measurement,
+                Drawing::Points(Box::new(args.drawing)),
+                None,
+            ),
         }
     }
 }
@@ -295,7 +313,7 @@ pub struct ViewArgs {
     /// How the page is served.
     #[command(flatten)]
     pub serve: ServeArgs,
-    /// A volume, 3-D Gaussians, a mesh, or a picture and its depth; then any options of the command that draws it
+    /// A volume, 3-D Gaussians, a mesh, a scan, or a picture and its depth; then any options of the command that draws it
     #[arg(value_name = "FILE [OPTIONS]", required = true, num_args = 1.., trailing_var_arg = true, allow_hyphen_values = true)]
     pub words: Vec<OsString>,
 }

@@ -58,7 +58,7 @@ pub struct VolumeArgs {
 }
 
 /// Rules of reading files.
-#[derive(Args, Clone, Debug, Default)]
+#[derive(Args, Clone, Debug, Default, PartialEq)]
 #[command(next_help_heading = "Reading")]
 pub struct ReadingArgs {
     /// Most memory to work in, such as 4G or 512M [default: three quarters of what this machine or its control group has]

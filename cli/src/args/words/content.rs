@@ -1,8 +1,8 @@
 //! Finds the command of a file by its content.
 //!
 //! Takes names as they are typed, gives the application. Gaussians are asked first, because they come within files of other kinds;
-//! then volumes, whose marks are the surest, then meshes, then pictures; at last Gaussians in a file without a mark. An ending decides
-//! nothing.
+//! then volumes, whose marks are the surest, then scans that have a mark, meshes, pictures; at last rows of numbers, and Gaussians in a
+//! file without a mark. An ending decides nothing.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -13,8 +13,9 @@ use image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
 use resample_io::{exr, files};
 use volsplat::GaussianFormat;
 use volsplat::input::Format;
+use warp3d::input::clouds::{CloudFormat, cloud_format_of};
 
-use crate::args::{Drawing, GaussiansArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
+use crate::args::{Drawing, GaussiansArgs, PointsArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
 use crate::values::input_file::InputFile;
 
 /// The content of a file.
@@ -26,6 +27,8 @@ pub(crate) enum Content {
     Gaussians,
     /// A mesh.
     Mesh,
+    /// A scan of points.
+    Points,
     /// A picture or a depth.
     Picture,
     /// One plane of numbers: a volume of one slice, or a depth.
@@ -53,6 +56,11 @@ impl Content {
             None if path.is_dir() => return Ok(Self::Volume),
             None => {}
         }
+        // Rows of numbers have no mark, and are asked for last.
+        let scan = cloud_format_of(path)?;
+        if scan.is_some_and(|format| format != CloudFormat::Xyz) {
+            return Ok(Self::Points);
+        }
         if texmap::input::format_of(path)?.is_some() {
             return Ok(Self::Mesh);
         }
@@ -65,6 +73,7 @@ impl Content {
                 Self::PictureAndDepth
             }
             Ok(_) => Self::Picture,
+            Err(_) if scan.is_some() => Self::Points,
             Err(_) if gaussians.is_some() => Self::Gaussians,
             Err(_) => Self::Unknown,
         })
@@ -101,6 +110,7 @@ pub(crate) fn drawn(words: &[OsString]) -> Result<(Application, Vec<OsString>)> 
         (Content::Volume | Content::Unknown, _) => is(Application::Volume),
         (Content::Gaussians, _) => is(Application::Gaussians),
         (Content::Mesh, _) => is(Application::Mesh),
+        (Content::Points, _) => is(Application::Points),
         (Content::PictureAndDepth, 1) => {
             let mut both = words.to_vec();
             both.insert(1, path.into_os_string());
@@ -160,7 +170,7 @@ pub(crate) fn with_command(
     };
     let word = words[at].to_string_lossy().into_owned();
     if is_command(&word) {
-        return Ok(words);
+        return Ok(of_scan(words, at));
     }
     let path: PathBuf = InputFile::of(words[at].clone()).path;
     let is_there = path.exists() || word.contains(['*', '?']);
@@ -174,6 +184,31 @@ pub(crate) fn with_command(
     let own = words[..at].iter().cloned();
     let command = std::iter::once(OsString::from(application.name()));
     Ok(own.chain(command).chain(of_scene).collect())
+}
+
+/// A warp, or the measurement of one, of a single file that is a scan: the command that draws scans, whose camera is `--camera`.
+fn of_scan(mut words: Vec<OsString>, at: usize) -> Vec<OsString> {
+    let is_measured = words[at] == "trade";
+    let at = at + usize::from(is_measured);
+    if words.get(at).is_none_or(|word| word != "warp3d") {
+        return words;
+    }
+    let is_name = |word: &&OsString| !word.to_string_lossy().starts_with('-');
+    let names: Vec<&OsString> = words[at + 1..].iter().take_while(is_name).collect();
+    let [name] = names[..] else {
+        return words;
+    };
+    if !matches!(Content::of(Path::new(name)), Ok(Content::Points)) {
+        return words;
+    }
+    words[at] = OsString::from(Application::Points.name());
+    for word in &mut words[at..] {
+        let text = word.to_string_lossy().into_owned();
+        if text == "--to" || text.starts_with("--to=") {
+            *word = OsString::from(text.replacen("--to", "--camera", 1));
+        }
+    }
+    words
 }
 
 /// The words of this process, with `gaussians` in place of `volsplat` where that, or `trade volsplat`, is to draw a file of Gaussians.
@@ -256,6 +291,8 @@ pub enum Application {
     Mesh,
     /// `warp3d`.
     Depth,
+    /// `points`.
+    Points,
 }
 
 impl Application {
@@ -266,6 +303,7 @@ impl Application {
             Self::Gaussians => "gaussians",
             Self::Mesh => "texmap",
             Self::Depth => "warp3d",
+            Self::Points => "points",
         }
     }
 
@@ -279,6 +317,7 @@ impl Application {
             Self::Gaussians => GaussiansArgs::augment_args(command),
             Self::Mesh => TexmapArgs::augment_args(command),
             Self::Depth => Warp3dArgs::augment_args(command),
+            Self::Points => PointsArgs::augment_args(command),
         };
         command.mut_arg("output", |arg| {
             arg.required(false).default_value(output).hide(true)
@@ -294,6 +333,7 @@ impl Application {
             }
             Self::Mesh => Drawing::Texmap(Box::new(TexmapArgs::from_arg_matches(matches)?)),
             Self::Depth => Drawing::Warp3d(Box::new(Warp3dArgs::from_arg_matches(matches)?)),
+            Self::Points => Drawing::Points(Box::new(PointsArgs::from_arg_matches(matches)?)),
         })
     }
 }

@@ -1,11 +1,12 @@
 //! `resample info` describes a file and names the command that draws it, as text or JSON.
 //!
-//! The content decides whether that is a volume, Gaussians, a mesh or a picture. It all goes to stdout, because it is the result of
+//! The content decides whether that is a volume, Gaussians, a mesh, a scan or a picture. It all goes to stdout, because it is the result of
 //! the command.
 
 mod gaussians;
 mod mesh;
 mod picture;
+mod points;
 mod volume;
 mod words;
 
@@ -24,6 +25,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
     let name = args.input.path.to_string_lossy().into_owned();
     let volsplat = draws(&["volsplat", &name]);
     let ((lines, mut facts), drawn) = match content.filter(|_| !is_headerless) {
+        Some(Content::Points) => (points::facts(args)?, vec![draws(&["points", &name])]),
         Some(Content::Gaussians) => (gaussians::facts(args)?, vec![draws(&["gaussians", &name])]),
         Some(Content::Mesh) => (mesh::facts(args)?, vec![draws(&["texmap", &name])]),
         Some(Content::Picture) => {

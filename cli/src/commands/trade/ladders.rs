@@ -10,10 +10,11 @@ use resample_core::{FootprintMode, KernelShape, SelectMode};
 use volsplat::{Cells, Classify, Interpolate, PixelSamples, Subpixels};
 use warp3d::Visibility;
 use warp3d::args::MethodName;
+use warp3d::cloud::Blend;
 
 use crate::args::{Drawing, OrderName};
 use crate::open::setting::{
-    Choice, Choices, DepthChoice, GaussianChoice, MeshChoice, VolumeChoice,
+    Choice, Choices, DepthChoice, GaussianChoice, MeshChoice, PointsChoice, VolumeChoice,
 };
 
 /// A choice and its rungs.
@@ -188,6 +189,14 @@ fn depth_ladders() -> Vec<Ladder> {
     ]
 }
 
+fn points_ladders() -> Vec<Ladder> {
+    vec![
+        ladder("blend", all::<Blend>(), PointsChoice::Blend),
+        ladder("every", [16, 8, 4, 2, 1], PointsChoice::Every),
+        ladder("subpixels", SUBPIXELS, PointsChoice::Subpixels),
+    ]
+}
+
 /// The slowest, most exact setting of an application.
 pub(super) fn exact(drawing: &Drawing) -> Choices {
     match drawing {
@@ -210,6 +219,11 @@ pub(super) fn exact(drawing: &Drawing) -> Choices {
             DepthChoice::Method(MethodName::Hybrid),
             DepthChoice::Subpixels(8),
         ]),
+        Drawing::Points(_) => Choices::of([
+            PointsChoice::Blend(Blend::Linear),
+            PointsChoice::Every(1),
+            PointsChoice::Subpixels(8),
+        ]),
     }
 }
 
@@ -220,6 +234,7 @@ pub(super) fn settings(drawing: &Drawing, named: &[String]) -> Result<Vec<Named>
         Drawing::Volsplat(_) => volume_ladders(),
         Drawing::Gaussians(_) => gaussian_ladders(),
         Drawing::Warp3d(_) => depth_ladders(),
+        Drawing::Points(_) => points_ladders(),
     };
     let of = |name: &str, group, choices| Named {
         name: name.to_owned(),

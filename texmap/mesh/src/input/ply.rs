@@ -39,7 +39,7 @@ pub(super) fn load(bytes: &[u8], names: &Names, notes: &mut Notes) -> Result<Sce
         }
     }
     if faces.is_empty() && !vertices.is_empty() {
-        return Err("holds points and no faces: make a mesh of it first".into());
+        return Err("holds points and no faces: resample points draws them".into());
     }
     let (mesh, positions) = Builder::new(&header, &vertices).mesh(&faces)?;
     let mut scene = Scene {

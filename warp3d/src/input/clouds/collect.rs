@@ -7,7 +7,7 @@
 use glam::DVec3;
 use resample_core::narrow::{code16, count};
 
-use super::{CloudLoadOptions, PointCloudFile};
+use super::file::{CloudLoadOptions, PointCloudFile};
 
 /// Places this far from the origin are kept relative to the first one: an f32 beyond has steps of more than 2^-9 units.
 const FAR: f64 = 16_384.0;

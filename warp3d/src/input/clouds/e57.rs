@@ -15,7 +15,7 @@ use glam::DVec3;
 use resample_io::files::open_regular;
 
 use super::collect::{Collector, Colours, Has, Point};
-use super::{CloudLoadOptions, PointCloudFile};
+use super::file::{CloudLoadOptions, PointCloudFile};
 
 /// The first bytes of a file.
 pub(super) const MAGIC: &[u8] = b"ASTM-E57";

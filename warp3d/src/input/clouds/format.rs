@@ -6,45 +6,9 @@ use std::path::Path;
 use resample_io::files::{cannot_read, first_bytes, open_regular};
 use resample_io::ply as table;
 
-use super::{e57, las, pcd, ply, text};
+use super::file::CloudFormat;
+use super::{e57, las_header, pcd, ply, text};
 use crate::Error;
-
-/// The formats of scans.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum CloudFormat {
-    /// PLY without faces.
-    Ply,
-    /// LAS of the ASPRS.
-    Las,
-    /// LAS whose points are packed.
-    Laz,
-    /// ASTM E57.
-    E57,
-    /// The format of PCL.
-    Pcd,
-    /// Leica's text of a grid of points.
-    Ptx,
-    /// Leica's text of points behind their number.
-    Pts,
-    /// A line of numbers for each point.
-    Xyz,
-}
-
-impl CloudFormat {
-    /// The usual name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Ply => "PLY",
-            Self::Las => "LAS",
-            Self::Laz => "LAZ",
-            Self::E57 => "E57",
-            Self::Pcd => "PCD",
-            Self::Ptx => "PTX",
-            Self::Pts => "PTS",
-            Self::Xyz => "XYZ",
-        }
-    }
-}
 
 /// Bytes that tell a format: a few dozen lines of text.
 const HEAD_BYTES: u64 = 4096;
@@ -63,7 +27,7 @@ pub fn cloud_format_of(path: &Path) -> Result<Option<CloudFormat>, Error> {
                 .is_ok_and(|header| ply::is_scan(&header))
                 .then_some(CloudFormat::Ply)
         }
-        head if head.starts_with(las::MAGIC) => {
+        head if head.starts_with(las_header::MAGIC) => {
             // The highest bit of the point format says that they are packed.
             let is_packed = head.get(104).is_some_and(|format| format & 0x80 != 0);
             Some(if is_packed {

@@ -16,11 +16,7 @@ use ::laz::record::{
 use ::laz::{LazItem, LazItemType, LazVlr};
 use rayon::prelude::*;
 
-use super::las::{Header, bytes_at};
-
-/// The user and the number of the record.
-pub(super) const USER: &[u8] = b"laszip encoded\0\0";
-pub(super) const RECORD: u16 = 22_204;
+use super::las_header::{Header, bytes_at};
 
 /// Chunks that are unpacked at the same time, bytes of points at most.
 pub(super) const BATCH_BYTES: u64 = 64 << 20;

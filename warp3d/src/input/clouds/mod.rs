@@ -5,8 +5,10 @@
 //! asked for before a point is read. Coordinates stay as the file has them.
 //! Limits: links between points, times, waveforms and further attributes are left out.
 
+mod file;
 mod collect;
 mod ply;
+mod las_header;
 mod laz;
 mod las;
 mod e57;
@@ -20,43 +22,12 @@ mod test_files;
 
 use std::path::Path;
 
-use glam::DVec3;
-use resample_io::Gate;
 use resample_io::files::fault;
 
 use crate::Error;
 
-pub use format::{CloudFormat, cloud_format_of};
-
-/// Options of reading a scan.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct CloudLoadOptions {
-    /// The memory that the points may take.
-    pub gate: Gate,
-    /// Points to keep at most, evenly from the order of the file; all where it is absent.
-    pub points: Option<usize>,
-}
-
-/// The points of a file. Each list is as long as that of the positions.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct PointCloudFile {
-    /// The place that positions are relative to, world units.
-    pub origin_in_world: DVec3,
-    /// Places of the points relative to the origin, world units.
-    pub positions: Vec<[f32; 3]>,
-    /// Colours, sRGB.
-    pub colours: Option<Vec<[u8; 3]>>,
-    /// Strengths of the returns, stretched to 16 bits where the file has other numbers.
-    pub intensities: Option<Vec<u16>>,
-    /// Classes of the points, as the file numbers them.
-    pub classes: Option<Vec<u8>>,
-    /// Normals, as the file has them.
-    pub normals: Option<Vec<[f32; 3]>>,
-    /// Radii of the points, world units.
-    pub radii_in_world: Option<Vec<f32>>,
-    /// Remarks for the person who reads the file.
-    pub notes: Vec<String>,
-}
+pub use file::{CloudFormat, CloudLoadOptions, PointCloudFile};
+pub use format::cloud_format_of;
 
 /// Reads a scan.
 ///

@@ -15,8 +15,9 @@ use resample_io::files::open_regular;
 use resample_io::refused::excerpt;
 
 use super::collect::{Collector, Colours, Has, Point};
-use super::las::bytes_at;
-use super::{CloudLoadOptions, PointCloudFile, lzf};
+use super::file::{CloudLoadOptions, PointCloudFile};
+use super::las_header::bytes_at;
+use super::lzf;
 
 /// Longest header that is read, bytes: a guess, far beyond the 500 of usual ones.
 const MAX_HEADER_BYTES: u64 = 1 << 16;

@@ -12,7 +12,7 @@ use resample_io::files::open_regular;
 use resample_io::ply::{Element, Header, Rows, Scalar};
 
 use super::collect::{Collector, Colours, Has, Point};
-use super::{CloudLoadOptions, PointCloudFile};
+use super::file::{CloudLoadOptions, PointCloudFile};
 
 /// Names of each attribute, the first that is there counts; case and a leading `scalar_` do not.
 const COLOURS: [&[&str]; 3] = [
@@ -72,7 +72,7 @@ pub(super) fn load(path: &Path, options: &CloudLoadOptions) -> Result<PointCloud
 struct Columns {
     places: Vec<usize>,
     has: Has,
-    /// What colours are multiplied with to have 8 bits.
+    /// The factor that makes 8 bits of a colour.
     colour_scale: f64,
 }
 

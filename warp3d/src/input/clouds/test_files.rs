@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use resample_io::{Gate, Outside};
 use tempfile::TempDir;
 
-use super::{CloudLoadOptions, PointCloudFile};
+use super::file::{CloudLoadOptions, PointCloudFile};
 
 /// A folder in which a test writes its files.
 pub(super) struct Dir(TempDir);

@@ -13,10 +13,10 @@ use glam::{DMat4, DVec3, DVec4};
 use resample_io::files::{first_bytes, open_regular};
 
 use super::collect::{Collector, Colours, Has, Point};
+use super::file::{CloudFormat, CloudLoadOptions, PointCloudFile};
 use super::lines::{self, Row};
-use super::{CloudFormat, CloudLoadOptions, PointCloudFile};
 
-/// Bytes from which the columns are told.
+/// Bytes that show the columns.
 const HEAD_BYTES: u64 = 4096;
 
 /// Lines of a PTX header: sizes, the scanner's place and axes, and a matrix whose rows stand for x, y, z and the place.
@@ -76,7 +76,7 @@ fn names_of(head: &[u8]) -> Option<Vec<String>> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Columns {
     colour: Option<usize>,
-    /// What colours are multiplied with to have 8 bits.
+    /// The factor that makes 8 bits of a colour.
     colour_scale: f64,
     intensity: Option<usize>,
     class: Option<usize>,
@@ -185,7 +185,7 @@ fn triples(rows: &[Row], first: usize) -> impl Iterator<Item = DVec3> {
     rows.iter().filter_map(triple)
 }
 
-/// What three columns are multiplied with to be colours of 8 bits; `None` where they are no colours.
+/// The factor that makes colours of 8 bits of three columns; `None` where they are no colours.
 fn scale_of(rows: &[Row], first: usize) -> Option<f64> {
     let least = triples(rows, first).fold(0.0f64, |least, triple| least.min(triple.min_element()));
     let most = triples(rows, first).fold(0.0f64, |most, triple| most.max(triple.max_element()));

@@ -64,7 +64,7 @@ function sceneArrived(scene) {
 
 function buildPanel() {
   const { scene } = state;
-  const kind = { volsplat: volumePanel, gaussians: gaussianPanel, texmap: meshPanel, warp3d: depthPanel }[scene.application];
+  const kind = { volsplat: volumePanel, gaussians: gaussianPanel, texmap: meshPanel, warp3d: depthPanel, points: pointsPanel }[scene.application];
   const scroll = panel.scrollTop;
   panel.replaceChildren(
     make("h1", {}, scene.title),
@@ -294,6 +294,17 @@ function depthPanel() {
     make("h2", {}, "Warp"),
     choice("holes", "fill", options.fill, "shown"),
     choice("method", "method", options.method, "hybrid"),
+  ];
+}
+
+function pointsPanel() {
+  const { options } = state.scene;
+  return [
+    make("h2", {}, "Points"),
+    choice("colours", "color-by", options["color-by"], options.colored),
+    choice("colour map", "colormap", options.maps, options.colormap ?? "as the values have it"),
+    choice("light", "shade", options.shade, "as the colours have it"),
+    choice("blend", "blend", ["linear", "mean"], "linear"),
   ];
 }
 

@@ -2,8 +2,11 @@
 
 use std::io::Cursor;
 
+use glam::DVec3;
+
 use ::laz::{LasZipCompressor, LazItemRecordBuilder, LazVlrBuilder};
 
+use super::super::las_header::{HEADER_BYTES, LONG_HEADER_BYTES, MAGIC, POINT_BYTES, RECORD, USER};
 use super::super::test_files::{Dir, survive_damage};
 use super::*;
 
@@ -72,9 +75,9 @@ fn packed_file(format: usize, extra: usize) -> Vec<u8> {
     file[104] |= 0x80;
     let begin = file.len() as u32 + 54 + content.len() as u32;
     file[96..100].copy_from_slice(&begin.to_le_bytes());
-    file.extend([[0, 0].as_slice(), laz::USER].concat());
+    file.extend([[0, 0].as_slice(), USER].concat());
     file.extend(
-        [laz::RECORD, content.len() as u16]
+        [RECORD, content.len() as u16]
             .map(u16::to_le_bytes)
             .concat(),
     );

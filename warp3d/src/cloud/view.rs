@@ -1,0 +1,196 @@
+//! The camera as discs are met by it: in f32, with places relative to blocks of discs.
+//!
+//! Takes a camera and discs, returns a [`View`]. A place is its offset from the first disc of its block, turned, plus that
+//! disc's place before the camera, which is found in f64: the camera may lie 1e7 units from 0, and from the origin of the discs.
+
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
+use glam::{DAffine3, DVec3, Vec3};
+use rayon::prelude::*;
+use resample_core::image::linear_from_srgb;
+use resample_core::narrow::single;
+use resample_core::simd::Vectors;
+use resample_core::{Camera, Projection};
+
+use crate::cloud::options::CloudOptions;
+use crate::cloud::prepare::{Disc, Prepared};
+
+/// Discs that are projected at once.
+pub(crate) const LANES: usize = 16;
+
+/// A value of each of the discs.
+pub(crate) type Lanes = [f32; LANES];
+
+/// Three coordinates of each.
+pub(crate) type Triple<S> = [f32x16<S>; 3];
+
+/// Discs of a block; neighbours, since discs are in the order of a tree.
+const BLOCK: usize = 256;
+
+/// The first disc of a block.
+#[derive(Clone, Copy, Debug, Default)]
+struct Base {
+    in_disc_space: [f32; 3],
+    in_camera: [f32; 3],
+}
+
+/// All that does not depend on the disc.
+#[derive(Clone, Debug)]
+pub(crate) struct View<'a> {
+    pub(crate) discs: &'a [Disc],
+    bases: Vec<Base>,
+    pub(crate) projection: Projection,
+    /// Width and height of the picture, px.
+    pub(crate) size: [usize; 2],
+    /// Rows of the rotation from discs to the camera.
+    rows: [[f32; 3]; 3],
+    pub(crate) focal: [f32; 2],
+    /// The principal point, px.
+    pub(crate) centre: [f64; 2],
+    pub(crate) near: f32,
+    pub(crate) options: &'a CloudOptions,
+    pub(crate) linear: [f32; 256],
+    /// Towards the distant light, camera space, unit length.
+    pub(crate) light: [f32; 3],
+    /// How much larger discs are than they were prepared, because others are left out.
+    pub(crate) larger: f32,
+    pub(crate) level: Vectors,
+}
+
+/// Where the middles of discs lie.
+#[derive(Clone, Copy)]
+pub(crate) struct Middles<S: Simd> {
+    /// Camera space.
+    pub(crate) place: Triple<S>,
+    /// Along the rays through them; z is 1.
+    pub(crate) ray: Triple<S>,
+    /// Screen, px from the place that was asked for.
+    pub(crate) at: [f32x16<S>; 2],
+    /// Screen units, of the focal length, per world unit.
+    pub(crate) scale: f32x16<S>,
+}
+
+impl<'a> View<'a> {
+    pub(crate) fn new(
+        prepared: &'a Prepared,
+        camera: &Camera,
+        options: &'a CloudOptions,
+        level: Vectors,
+    ) -> Self {
+        let pose = &camera.camera_from_world;
+        // The camera's place relative to the origin first: both may lie 1e7 units from 0.
+        let offset = pose.matrix3 * (prepared.origin_in_world - camera.eye_in_world());
+        let camera_from_disc = DAffine3::from_mat3_translation(pose.matrix3, offset);
+        let base = |block: &[Disc]| Base {
+            in_disc_space: block[0].position,
+            in_camera: singles(
+                camera_from_disc.transform_point3(Vec3::from(block[0].position).as_dvec3()),
+            ),
+        };
+        let linear = |code: usize| linear_from_srgb(code as f32 / 255.0);
+        Self {
+            discs: &prepared.discs,
+            bases: prepared.discs.par_chunks(BLOCK).map(base).collect(),
+            projection: camera.projection,
+            size: [camera.width as usize, camera.height as usize],
+            rows: [0, 1, 2].map(|row| singles(pose.matrix3.row(row))),
+            focal: [single(camera.fx), single(camera.fy)],
+            centre: [camera.cx, camera.cy],
+            near: single(camera.near),
+            options,
+            linear: std::array::from_fn(linear),
+            light: singles((pose.matrix3 * options.light).normalize_or_zero()),
+            larger: single(f64::from(options.every).sqrt()),
+            level,
+        }
+    }
+
+    /// The offset of the disc of this number from the first one of its block, and that one's place in camera space.
+    #[inline(always)]
+    pub(crate) fn placed(&self, number: usize, disc: &Disc) -> ([f32; 3], [f32; 3]) {
+        let (base, at) = (&self.bases[number / BLOCK], &disc.position);
+        let from = base.in_disc_space;
+        (
+            [at[0] - from[0], at[1] - from[1], at[2] - from[2]],
+            base.in_camera,
+        )
+    }
+
+    /// Turns vectors into camera space.
+    #[inline(always)]
+    pub(crate) fn turned<S: Simd>(&self, simd: S, v: &[Lanes; 3]) -> Triple<S> {
+        let [x, y, z] = loaded(simd, v);
+        let row = |[a, b, c]: [f32; 3]| {
+            let splat = |value: f32| f32x16::splat(simd, value);
+            x.mul_add(splat(a), y.mul_add(splat(b), z * splat(c)))
+        };
+        let [first, second, third] = self.rows;
+        [row(first), row(second), row(third)]
+    }
+
+    /// Where discs lie, from what [`View::placed`] says of each; on the screen relative to `from`, px.
+    #[inline(always)]
+    pub(crate) fn middles<S: Simd>(
+        &self,
+        simd: S,
+        offset: &[Lanes; 3],
+        base: &[Lanes; 3],
+        from: [f64; 2],
+    ) -> Middles<S> {
+        let splat = |value: f32| f32x16::splat(simd, value);
+        let (turned, base) = (self.turned(simd, offset), loaded(simd, base));
+        let place = [
+            turned[0] + base[0],
+            turned[1] + base[1],
+            turned[2] + base[2],
+        ];
+        let (zero, one) = (splat(0.0), splat(1.0));
+        let centre = [
+            splat(single(self.centre[0] - from[0])),
+            splat(single(self.centre[1] - from[1])),
+        ];
+        let focal = [splat(self.focal[0]), splat(self.focal[1])];
+        match self.projection {
+            Projection::Perspective => {
+                let scale = one / place[2];
+                let (x, y) = (place[0] * scale, place[1] * scale);
+                Middles {
+                    place,
+                    ray: [x, y, one],
+                    at: [
+                        x.mul_add(focal[0], centre[0]),
+                        y.mul_add(focal[1], centre[1]),
+                    ],
+                    scale,
+                }
+            }
+            Projection::Orthographic => Middles {
+                place,
+                ray: [zero, zero, one],
+                at: [
+                    place[0].mul_add(focal[0], centre[0]),
+                    place[1].mul_add(focal[1], centre[1]),
+                ],
+                scale: one,
+            },
+        }
+    }
+}
+
+#[inline(always)]
+pub(crate) fn loaded<S: Simd>(simd: S, v: &[Lanes; 3]) -> Triple<S> {
+    [
+        f32x16::from_slice(simd, &v[0]),
+        f32x16::from_slice(simd, &v[1]),
+        f32x16::from_slice(simd, &v[2]),
+    ]
+}
+
+#[inline(always)]
+pub(crate) fn dot<S: Simd>(a: &Triple<S>, b: &Triple<S>) -> f32x16<S> {
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+}
+
+fn singles(v: DVec3) -> [f32; 3] {
+    [single(v.x), single(v.y), single(v.z)]
+}
