@@ -25,6 +25,8 @@ pub mod input;
 pub mod volume;
 pub mod gaussians;
 pub mod labels;
+#[cfg(feature = "input")]
+mod label_files;
 pub mod source;
 pub mod error;
 
