@@ -97,6 +97,7 @@ pub fn position(towards: DVec3, size: [u32; 2]) -> DVec2 {
 }
 
 /// From the panorama's axes to those of face `index`.
+#[cfg(feature = "input")]
 pub(crate) fn turn_of(index: usize) -> DMat3 {
     face_from_panorama(FACES[index])
 }
