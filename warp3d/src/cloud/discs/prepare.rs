@@ -5,22 +5,21 @@
 //! A point that lies far from its neighbours, measured by the spacing that those have, is left out: it is a flying pixel,
 //! which a scanner makes where its beam meets two surfaces.
 
+use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
+use resample_core::dispatch;
 use resample_core::narrow::{count, single};
+use resample_core::simd::SimdLevel;
 
 use crate::Error;
-use crate::cloud::cells::{MOST_NEIGHBOURS, Nearest, Place, Tree};
-use crate::cloud::fit::{Plane, plane};
+use crate::cloud::discs::cells::{MOST_NEIGHBOURS, Nearest, Place, Tree};
+use crate::cloud::discs::crowd::{Crowd, NEAR, RING};
+use crate::cloud::discs::fit::{Plane, plane};
+use crate::cloud::discs::rows::{self, Limits, Row};
+use crate::cloud::discs::voronoi::Cell;
+use crate::cloud::lanes::LANES;
 use crate::cloud::points::PointCloud;
-use crate::cloud::voronoi::Cell;
-
-/// Points of a fit, the point itself among them: two rings around it on a grid have 8 and 16. A guess.
-const NEAR: usize = 13;
-
-/// The neighbour whose distance says how far points lie apart: the first ring has six. Those of the second ring lie past the
-/// border of a surface for twice as many points.
-const RING: usize = 6;
 
 /// Points of a fit where the nearest ones are rough: twice the width, four times the points.
 const WIDE: usize = 48;
@@ -78,6 +77,23 @@ const LARGEST: f32 = 3.0;
 
 /// The share of the points that are not among the sparsest. A guess.
 const USUAL_SHARE: f64 = 0.95;
+
+/// A row of points looks for neighbours as far as this many times the mean distance of the farthest neighbours of the row before:
+/// nearly all points have theirs there. A guess.
+const ROW_REACHES: f32 = 1.2;
+
+/// The numbers above, as rows of discs need them.
+fn limits() -> Limits {
+    Limits {
+        rough: single(ROUGH),
+        whole_mean: single(WHOLE_MEAN),
+        half_mean: single(HALF_MEAN),
+        least_apart: single(LEAST_APART),
+        border_spacings: single(BORDER_SPACINGS),
+        reach_margin: single(REACH_MARGIN),
+        most_reach_spacings: single(MOST_REACH_SPACINGS),
+    }
+}
 
 /// In place of a disc that is not made yet.
 pub(crate) const NO_DISC: Disc = Disc {
@@ -166,12 +182,11 @@ pub fn prepare_with(cloud: &PointCloud, floating: Floating) -> Result<Prepared, 
     cloud.validate()?;
     let tree = Tree::new(&cloud.positions);
     let mut fitted = vec![(NO_DISC, 0.0); tree.places.len()];
+    let level = SimdLevel::Auto.resolve();
     let blocks = fitted.par_chunks_mut(BLOCK).enumerate();
     blocks.for_each(|(block, fits)| {
         let mut fitter = Fitter::new(&tree, cloud);
-        for (fit, slot) in fits.iter_mut().zip(block * BLOCK..) {
-            *fit = fitter.fitted(slot);
-        }
+        dispatch!(level, simd => fitter.fit(simd, block * BLOCK, fits));
     });
     let reaches = fitted.iter().map(|(_, reach)| *reach);
     let thin = THIN_REACHES * usual_most(reaches.collect());
@@ -247,6 +262,7 @@ enum Keep {
 struct Fitter<'a> {
     tree: &'a Tree,
     cloud: &'a PointCloud,
+    crowd: Crowd,
     near: Nearest,
     wide: Nearest,
     /// The place before this one and the distance of its farthest near neighbour.
@@ -260,11 +276,50 @@ impl<'a> Fitter<'a> {
         Self {
             tree,
             cloud,
+            crowd: Crowd::new(),
             near: Nearest::new(),
             wide: Nearest::new(),
             before: None,
             flat: [DVec2::ZERO; MOST_NEIGHBOURS],
         }
+    }
+
+    /// Makes the discs of a block, whose first place has this slot.
+    #[inline(always)]
+    fn fit<S: Simd>(&mut self, simd: S, first: usize, fits: &mut [(Disc, f32)]) {
+        let limits = limits();
+        let mut distance = ROW_REACHES * self.fitted(first).1;
+        for (row, fits) in fits.chunks_mut(LANES).enumerate() {
+            let first = first + row * LANES;
+            let (tree, count) = (self.tree, fits.len());
+            self.crowd.find(simd, tree, (first, count), distance);
+            let found = self.crowd.found;
+            let row = rows::fitted(simd, &self.crowd.offsets, &limits);
+            let mut reaches = 0.0;
+            for (lane, fit) in fits.iter_mut().enumerate() {
+                let is_usual = found & row.usual & 1 << lane != 0;
+                *fit = match is_usual {
+                    true => self.of_row(&row, first + lane, lane),
+                    false => self.fitted(first + lane),
+                };
+                reaches += fit.1;
+            }
+            distance = ROW_REACHES * reaches / count as f32;
+        }
+    }
+
+    fn of_row(&self, row: &Row, slot: usize, lane: usize) -> (Disc, f32) {
+        let place = self.tree.places[slot];
+        let disc = Disc {
+            position: place.at.to_array(),
+            normal: row.normal.map(|lanes| lanes[lane]),
+            cut: [0.0; 3],
+            radius: row.radius[lane],
+            spacing: row.spacing[lane],
+            thickness: row.thickness[lane],
+            colour: self.cloud.colours[place.index as usize],
+        };
+        (disc, row.reach[lane])
     }
 
     /// The disc of a place, and its reach: the distance of its farthest near neighbour.
