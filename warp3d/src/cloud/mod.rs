@@ -1,10 +1,8 @@
 //! Scans of points without a grid, drawn as opaque surfaces.
 //!
 //! Takes a [`PointCloud`] (positions and sRGB colours in any order), returns for each camera a linear premultiplied picture
-//! with depth. In the order in which data flow: `points` checks the points; `cells` sorts them into a tree and finds
-//! neighbours; `fit` lays a plane through neighbours, `voronoi` says how far a point's part of it reaches; `prepare` makes a disc of each point and leaves out flying pixels;
-//! `view` is the camera as discs meet it; `listed` says which tiles each disc may touch; `project` puts discs on the screen as
-//! `splat`s; `tile` draws 16x16 pixels, which `blend` sums in blocks of 4x4; `renderer` drives it all.
+//! with depth. In the order in which data flow: `points` checks the points; `discs` makes a disc of each point and leaves out flying
+//! pixels; `draw` puts discs on the screen, tile by tile; `renderer` drives it all; `lanes` are the vectors of both.
 //!
 //! The method is that of surface splats: discs in the tangent planes of their points (Zwicker et al., "Surface splatting",
 //! 2001), met by each pixel's ray with exact perspective (Botsch et al., "High-quality surface splatting on today's GPUs",
@@ -37,23 +35,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod lanes;
 mod points;
-mod cells;
-mod fit;
-mod voronoi;
-mod prepare;
+mod discs;
 mod options;
-mod view;
-mod splat;
-mod project;
-mod listed;
-mod blend;
-mod tile;
+mod draw;
 mod renderer;
 
+pub use discs::prepare::{Disc, Floating, LeftOut, Prepared, prepare, prepare_bytes, prepare_with};
 pub use options::{Blend, CloudOptions, Shade};
 pub use points::PointCloud;
-pub use prepare::{Disc, Floating, LeftOut, Prepared, prepare, prepare_bytes, prepare_with};
 pub use renderer::{CloudFrame, CloudRenderer, CloudStats};
 
 #[cfg(test)]

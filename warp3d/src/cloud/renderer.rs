@@ -7,11 +7,11 @@ use resample_core::simd::SimdLevel;
 use resample_core::tile::TILE_PX;
 use resample_core::{Camera, Image, dispatch};
 
-use crate::cloud::listed::Listed;
+use crate::cloud::discs::prepare::{Disc, LeftOut, Prepared};
+use crate::cloud::draw::listed::Listed;
+use crate::cloud::draw::tile::{EMPTY, Pixel, TileScratch, draw_tile};
+use crate::cloud::draw::view::View;
 use crate::cloud::options::CloudOptions;
-use crate::cloud::prepare::{Disc, LeftOut, Prepared};
-use crate::cloud::tile::{EMPTY, Pixel, TileScratch, draw_tile};
-use crate::cloud::view::View;
 use crate::{Error, StageTime};
 
 /// Draws a prepared cloud, picture after picture.

@@ -63,11 +63,11 @@ fn one_point_a_pixel_is_within_45_db_of_the_truth() {
         let found = measured(shape, 1.0, &camera(), Blend::Linear);
         assert!(found.inside_db > 54.0, "{shape:?}: {found:?}");
         // The outline of a sphere is known, the end of a plane only to the distance of its points.
-        let whole_db = if shape == Shape::Plane { 34.0 } else { 49.0 };
+        let whole_db = if shape == Shape::Plane { 42.0 } else { 49.0 };
         assert!(found.whole_db > whole_db, "{shape:?}: {found:?}");
-        assert!(found.lacking < 0.001, "{shape:?}: {found:?}");
+        assert!(found.lacking < 0.002, "{shape:?}: {found:?}");
         assert_eq!(found.holes, 0, "{shape:?}");
-        assert!(found.false_fill < 0.01, "{shape:?}: {found:?}");
+        assert!(found.false_fill < 0.002, "{shape:?}: {found:?}");
     }
 }
 
@@ -87,9 +87,9 @@ fn twice_magnified_surfaces_have_no_holes() {
         let found = measured(shape, 0.25, &camera(), Blend::Linear);
         assert!(found.inside_db > 41.0, "{shape:?}: {found:?}");
         assert_eq!(found.holes, 0, "{shape:?}");
-        // The plane ends somewhere between its outermost points and those that are not there; the sphere's outline is known.
-        let most = if shape == Shape::Plane { 0.02 } else { 0.005 };
-        assert!(found.false_fill < most, "{shape:?}: {found:?}");
+        // The plane ends somewhere between its outermost points and those that are not there.
+        assert!(found.false_fill < 0.004, "{shape:?}: {found:?}");
+        assert!(found.lacking < 0.005, "{shape:?}: {found:?}");
     }
 }
 

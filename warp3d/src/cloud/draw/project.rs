@@ -13,10 +13,11 @@ use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::tile::TILE_PX;
 
+use crate::cloud::discs::prepare::Disc;
+use crate::cloud::draw::splat::Splat;
+use crate::cloud::draw::view::{Middles, View};
+use crate::cloud::lanes::{LANES, Lanes, Triple, dot, loaded};
 use crate::cloud::options::Shade;
-use crate::cloud::prepare::Disc;
-use crate::cloud::splat::Splat;
-use crate::cloud::view::{LANES, Lanes, Middles, Triple, View, dot, loaded};
 
 /// Footprints of the blend end at this many standard deviations, where a weight is 1/50 of that in the middle.
 pub(crate) const REACH_SIGMAS: f64 = 2.8;

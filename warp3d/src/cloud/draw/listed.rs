@@ -14,8 +14,9 @@ use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::sort::depth_key;
 use resample_core::tile::{ChunkBins, MAX_CHUNK_LEN, TileGrid};
 
-use crate::cloud::project::{APRON_PX, LEAST_HALF_AXIS_PX, MOST_REACH_PX, REACH_SIGMAS};
-use crate::cloud::view::{LANES, Lanes, View};
+use crate::cloud::draw::project::{APRON_PX, LEAST_HALF_AXIS_PX, MOST_REACH_PX, REACH_SIGMAS};
+use crate::cloud::draw::view::View;
+use crate::cloud::lanes::{LANES, Lanes};
 
 /// Discs of a view by tile.
 #[derive(Clone, Debug, Default)]
@@ -101,7 +102,7 @@ fn list<S: Simd>(simd: S, view: &View, chunk: usize, bins: &mut ChunkBins<u32>) 
     }
 }
 
-/// Which discs are seen, the pixels that each may reach (first column and row, and the ends), and the least depth.
+/// One bit a disc that is seen, the pixels that each may reach (first column and row, and the ends), and the least depth.
 #[simd]
 fn reached<S: Simd>(simd: S, view: &View, balls: &Balls) -> (u64, [[u32; LANES]; 4], Lanes) {
     let splat = |value: f32| f32x16::splat(simd, value);

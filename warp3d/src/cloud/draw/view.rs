@@ -12,17 +12,9 @@ use resample_core::narrow::single;
 use resample_core::simd::Vectors;
 use resample_core::{Camera, Projection};
 
+use crate::cloud::discs::prepare::{Disc, Prepared};
+use crate::cloud::lanes::{Lanes, Triple, loaded};
 use crate::cloud::options::CloudOptions;
-use crate::cloud::prepare::{Disc, Prepared};
-
-/// Discs that are projected at once.
-pub(crate) const LANES: usize = 16;
-
-/// A value of each of the discs.
-pub(crate) type Lanes = [f32; LANES];
-
-/// Three coordinates of each.
-pub(crate) type Triple<S> = [f32x16<S>; 3];
 
 /// Discs of a block; neighbours, since discs are in the order of a tree.
 const BLOCK: usize = 256;
@@ -175,20 +167,6 @@ impl<'a> View<'a> {
             },
         }
     }
-}
-
-#[inline(always)]
-pub(crate) fn loaded<S: Simd>(simd: S, v: &[Lanes; 3]) -> Triple<S> {
-    [
-        f32x16::from_slice(simd, &v[0]),
-        f32x16::from_slice(simd, &v[1]),
-        f32x16::from_slice(simd, &v[2]),
-    ]
-}
-
-#[inline(always)]
-pub(crate) fn dot<S: Simd>(a: &Triple<S>, b: &Triple<S>) -> f32x16<S> {
-    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
 fn singles(v: DVec3) -> [f32; 3] {

@@ -1,19 +1,22 @@
 //! Points sorted into a tree of cells, and the nearest neighbours of a place.
 //!
-//! Takes positions, returns them in the order of a k-d tree without pointers: the point in the middle of a range splits the
-//! range along its widest axis (Bentley 1975). Cells adapt to the density, which in a scan falls with the squared
+//! Takes positions, returns them in the order of a k-d tree without pointers: a place near the middle of a range splits the
+//! range along its widest axis (Bentley 1975), so that leaves have sixteen points. Cells adapt to the density, which in a scan falls with the squared
 //! distance, where equal cells of a grid would be empty or crowded.
 
 use glam::Vec3;
 
-/// Ranges of at most this many points are searched one by one. A guess.
-const LEAF: usize = 10;
+/// Points of a leaf, which are searched one by one; the last one may have fewer.
+const LEAF: usize = 16;
 
 /// Ranges longer than this are sorted by two tasks. A guess.
 const TASK: usize = 1 << 14;
 
 /// Most neighbours that one search finds.
 pub(crate) const MOST_NEIGHBOURS: usize = 48;
+
+/// Ranges that wait on the way down the tree: one a level.
+const MOST_DEPTH: usize = 64;
 
 /// A point and its number in the cloud.
 #[derive(Clone, Copy, Debug)]
@@ -22,11 +25,24 @@ pub(crate) struct Place {
     pub(crate) index: u32,
 }
 
-/// The tree: places in its order, and the axis along which each splits its range.
+/// The tree: places in its order, and where ranges are split; a split lies between two leaves, and has the number of the second.
 #[derive(Debug)]
 pub(crate) struct Tree {
     pub(crate) places: Vec<Place>,
-    axes: Vec<u8>,
+    splits: Vec<Split>,
+}
+
+/// Places before it are at most at the value along the axis, those after it at least.
+#[derive(Clone, Copy, Debug, Default)]
+struct Split {
+    value: f32,
+    axis: u8,
+}
+
+/// The end of the first part of a range: a whole number of leaves, as many as in the second or one more.
+fn middle_of([first, end]: [usize; 2]) -> usize {
+    let leaves = (end - first).div_ceil(LEAF);
+    first + leaves.div_ceil(2) * LEAF
 }
 
 /// The nearest places of one search, nearest first.
@@ -45,9 +61,9 @@ impl Tree {
             index,
         };
         let mut places: Vec<Place> = positions.iter().zip(0..).map(place).collect();
-        let mut axes = vec![0; places.len()];
-        split(&mut places, &mut axes);
-        Self { places, axes }
+        let mut splits = vec![Split::default(); places.len().div_ceil(LEAF)];
+        split(&mut places, &mut splits);
+        Self { places, splits }
     }
 
     /// Finds the `wanted` places nearest to `at`, the place itself among them. As many are known to lie within `bound` of it: what
@@ -61,6 +77,39 @@ impl Tree {
         self.search(at, [0, self.places.len()], nearest);
     }
 
+    /// Visits the places inside a box and some beside it, until one asks for the end; returns false then.
+    pub(crate) fn for_each_within(
+        &self,
+        within: [Vec3; 2],
+        mut visit: impl FnMut(Vec3) -> bool,
+    ) -> bool {
+        let mut waiting = [[0; 2]; MOST_DEPTH];
+        waiting[0] = [0, self.places.len()];
+        let mut count = 1;
+        while count > 0 {
+            count -= 1;
+            let [first, end] = waiting[count];
+            if end - first <= LEAF {
+                if !self.places[first..end].iter().all(|place| visit(place.at)) {
+                    return false;
+                }
+                continue;
+            }
+            let middle = middle_of([first, end]);
+            let Split { value, axis } = self.splits[middle / LEAF];
+            let axis = usize::from(axis);
+            if within[1][axis] >= value {
+                waiting[count] = [middle, end];
+                count += 1;
+            }
+            if within[0][axis] <= value {
+                waiting[count] = [first, middle];
+                count += 1;
+            }
+        }
+        true
+    }
+
     fn search(&self, at: Vec3, [first, end]: [usize; 2], nearest: &mut Nearest) {
         if end - first <= LEAF {
             for (place, slot) in self.places[first..end].iter().zip(first..) {
@@ -68,17 +117,15 @@ impl Tree {
             }
             return;
         }
-        let middle = usize::midpoint(first, end);
-        let place = self.places[middle].at;
-        let axis = usize::from(self.axes[middle]);
-        let beyond = at[axis] - place[axis];
+        let middle = middle_of([first, end]);
+        let Split { value, axis } = self.splits[middle / LEAF];
+        let beyond = at[usize::from(axis)] - value;
         let (near, far) = if beyond < 0.0 {
-            ([first, middle], [middle + 1, end])
+            ([first, middle], [middle, end])
         } else {
-            ([middle + 1, end], [first, middle])
+            ([middle, end], [first, middle])
         };
         self.search(at, near, nearest);
-        nearest.offer(place.distance_squared(at), middle);
         if beyond * beyond < nearest.farthest_square() {
             self.search(at, far, nearest);
         }
@@ -131,8 +178,8 @@ impl Nearest {
     }
 }
 
-/// Sorts a range around its middle along its widest axis, then both halves.
-fn split(places: &mut [Place], axes: &mut [u8]) {
+/// Sorts a range around its middle along its widest axis, then both parts.
+fn split(places: &mut [Place], splits: &mut [Split]) {
     if places.len() <= LEAF {
         return;
     }
@@ -147,20 +194,23 @@ fn split(places: &mut [Place], axes: &mut [u8]) {
         s if s.y >= s.z => 1,
         _ => 2,
     };
-    let middle = places.len() / 2;
+    let middle = middle_of([0, places.len()]);
     places.select_nth_unstable_by(middle, |a, b| {
         a.at[axis]
             .total_cmp(&b.at[axis])
             .then(a.index.cmp(&b.index))
     });
-    axes[middle] = axis as u8;
+    splits[middle / LEAF] = Split {
+        value: places[middle].at[axis],
+        axis: axis as u8,
+    };
     let (low, high) = places.split_at_mut(middle);
-    let (low_axes, high_axes) = axes.split_at_mut(middle);
-    let (high, high_axes) = (&mut high[1..], &mut high_axes[1..]);
+    let (low_splits, high_splits) = splits.split_at_mut(middle / LEAF);
+    // The first of the second part is this range's own.
     if low.len() > TASK {
-        rayon::join(|| split(low, low_axes), || split(high, high_axes));
+        rayon::join(|| split(low, low_splits), || split(high, high_splits));
     } else {
-        split(low, low_axes);
-        split(high, high_axes);
+        split(low, low_splits);
+        split(high, high_splits);
     }
 }

@@ -5,22 +5,22 @@
 //! A point that lies far from its neighbours, measured by the spacing that those have, is left out: it is a flying pixel,
 //! which a scanner makes where its beam meets two surfaces.
 
+use fearless_simd::prelude::*;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
+use resample_core::dispatch;
 use resample_core::narrow::{count, single};
+use resample_core::simd::SimdLevel;
 
 use crate::Error;
-use crate::cloud::cells::{MOST_NEIGHBOURS, Nearest, Place, Tree};
-use crate::cloud::fit::{Plane, plane};
+use crate::cloud::discs::cells::{MOST_NEIGHBOURS, Nearest, Place, Tree};
+use crate::cloud::discs::crowd::{Crowd, NEAR, RING};
+use crate::cloud::discs::fit::{Plane, plane};
+use crate::cloud::discs::outline::{Side, sides};
+use crate::cloud::discs::rows::{self, Limits, Row};
+use crate::cloud::discs::voronoi::Cell;
+use crate::cloud::lanes::LANES;
 use crate::cloud::points::PointCloud;
-use crate::cloud::voronoi::Cell;
-
-/// Points of a fit, the point itself among them: two rings around it on a grid have 8 and 16. A guess.
-const NEAR: usize = 13;
-
-/// The neighbour whose distance says how far points lie apart: the first ring has six. Those of the second ring lie past the
-/// border of a surface for twice as many points.
-const RING: usize = 6;
 
 /// Points of a fit where the nearest ones are rough: twice the width, four times the points.
 const WIDE: usize = 48;
@@ -49,10 +49,10 @@ const HALF_MEAN: f64 = 0.42;
 /// The mean of 12 points in a whole circle lies at 0.19 of its radius (root mean square); below this it is chance.
 const WHOLE_MEAN: f64 = 0.2;
 
-/// A surface ends this many spacings past the outermost of a point's neighbours. Half a spacing would be right on a grid; among
-/// jittered points the outermost one lies nearer to the border. Measured on a plane of jittered points two pixels apart: 0.3
-/// covered 2.9 % too much, 0.1 2.1 %, 0 lacks three times as much as 0.1.
-const BORDER_SPACINGS: f64 = 0.05;
+/// A surface ends this many spacings past the outline of a point's neighbours. Half a spacing would be right on a grid; among jittered
+/// points the outermost ones lie nearer to the border. Measured on a plane of jittered points two pixels apart: 0.05 covered 0.08 % too
+/// much and lacked 0.66 %, 0.1 0.15 and 0.43 %, 0.16 0.38 and 0.23 %.
+const BORDER_SPACINGS: f64 = 0.13;
 
 /// A point is far from a neighbour at this many of the neighbour's reaches (the distance of its twelfth neighbour). A guess:
 /// a scan's spacing changes little within 12 points.
@@ -78,6 +78,23 @@ const LARGEST: f32 = 3.0;
 
 /// The share of the points that are not among the sparsest. A guess.
 const USUAL_SHARE: f64 = 0.95;
+
+/// A row of points looks for neighbours as far as this many times the mean distance of the farthest neighbours of the row before:
+/// nearly all points have theirs there. A guess.
+const ROW_REACHES: f32 = 1.2;
+
+/// The numbers above, as rows of discs need them.
+fn limits() -> Limits {
+    Limits {
+        rough: single(ROUGH),
+        whole_mean: single(WHOLE_MEAN),
+        half_mean: single(HALF_MEAN),
+        least_apart: single(LEAST_APART),
+        border_spacings: single(BORDER_SPACINGS),
+        reach_margin: single(REACH_MARGIN),
+        most_reach_spacings: single(MOST_REACH_SPACINGS),
+    }
+}
 
 /// In place of a disc that is not made yet.
 pub(crate) const NO_DISC: Disc = Disc {
@@ -166,12 +183,11 @@ pub fn prepare_with(cloud: &PointCloud, floating: Floating) -> Result<Prepared, 
     cloud.validate()?;
     let tree = Tree::new(&cloud.positions);
     let mut fitted = vec![(NO_DISC, 0.0); tree.places.len()];
+    let level = SimdLevel::Auto.resolve();
     let blocks = fitted.par_chunks_mut(BLOCK).enumerate();
     blocks.for_each(|(block, fits)| {
         let mut fitter = Fitter::new(&tree, cloud);
-        for (fit, slot) in fits.iter_mut().zip(block * BLOCK..) {
-            *fit = fitter.fitted(slot);
-        }
+        dispatch!(level, simd => fitter.fit(simd, block * BLOCK, fits));
     });
     let reaches = fitted.iter().map(|(_, reach)| *reach);
     let thin = THIN_REACHES * usual_most(reaches.collect());
@@ -247,12 +263,16 @@ enum Keep {
 struct Fitter<'a> {
     tree: &'a Tree,
     cloud: &'a PointCloud,
+    crowd: Crowd,
     near: Nearest,
     wide: Nearest,
     /// The place before this one and the distance of its farthest near neighbour.
     before: Option<(Vec3, f32)>,
     /// Offsets of neighbours in the plane.
     flat: [DVec2; MOST_NEIGHBOURS],
+    /// Corners and sides of an outline.
+    corners: Vec<DVec2>,
+    ends: Vec<Side>,
 }
 
 impl<'a> Fitter<'a> {
@@ -260,11 +280,52 @@ impl<'a> Fitter<'a> {
         Self {
             tree,
             cloud,
+            crowd: Crowd::new(),
             near: Nearest::new(),
             wide: Nearest::new(),
             before: None,
             flat: [DVec2::ZERO; MOST_NEIGHBOURS],
+            corners: Vec::new(),
+            ends: Vec::new(),
         }
+    }
+
+    /// Makes the discs of a block, whose first place has this slot.
+    #[inline(always)]
+    fn fit<S: Simd>(&mut self, simd: S, first: usize, fits: &mut [(Disc, f32)]) {
+        let limits = limits();
+        let mut distance = ROW_REACHES * self.fitted(first).1;
+        for (row, fits) in fits.chunks_mut(LANES).enumerate() {
+            let first = first + row * LANES;
+            let (tree, count) = (self.tree, fits.len());
+            self.crowd.find(simd, tree, (first, count), distance);
+            let found = self.crowd.found;
+            let row = rows::fitted(simd, &self.crowd.offsets, &limits);
+            let mut reaches = 0.0;
+            for (lane, fit) in fits.iter_mut().enumerate() {
+                let is_usual = found & row.usual & 1 << lane != 0;
+                *fit = match is_usual {
+                    true => self.of_row(&row, first + lane, lane),
+                    false => self.fitted(first + lane),
+                };
+                reaches += fit.1;
+            }
+            distance = ROW_REACHES * reaches / count as f32;
+        }
+    }
+
+    fn of_row(&self, row: &Row, slot: usize, lane: usize) -> (Disc, f32) {
+        let place = self.tree.places[slot];
+        let disc = Disc {
+            position: place.at.to_array(),
+            normal: row.normal.map(|lanes| lanes[lane]),
+            cut: [0.0; 3],
+            radius: row.radius[lane],
+            spacing: row.spacing[lane],
+            thickness: row.thickness[lane],
+            colour: self.cloud.colours[place.index as usize],
+        };
+        (disc, row.reach[lane])
     }
 
     /// The disc of a place, and its reach: the distance of its farthest near neighbour.
@@ -289,22 +350,14 @@ impl<'a> Fitter<'a> {
                 plane = wide;
             }
         }
-        let (spacing, mut edge) = edge_of(
-            self.tree,
-            place.at,
-            &self.near,
-            &plane,
-            None,
-            &mut self.flat,
-        );
+        let (spacing, mut edge) = edge_of(self.tree, place.at, &self.near, &plane, &mut self.flat);
         if edge.past < edge.radius {
             // More neighbours tell the end of a surface from a gap between its points.
             if !has_wide {
                 self.tree
                     .nearest(place.at, WIDE, f32::INFINITY, &mut self.wide);
             }
-            let (tree, wide) = (self.tree, &self.wide);
-            edge = edge_of(tree, place.at, wide, &plane, Some(spacing), &mut self.flat).1;
+            edge = self.outline_of(place.at, &plane, spacing);
         }
         let cut = match edge.past < edge.radius {
             true => (edge.outward / edge.past).as_vec3(),
@@ -321,6 +374,34 @@ impl<'a> Fitter<'a> {
         };
         (disc, reach)
     }
+
+    /// Finds where the surface ends around a point by the outline of its wide neighbours: at the outline's nearest side.
+    fn outline_of(&mut self, at: Vec3, plane: &Plane, spacing: f64) -> Edge {
+        let axes = plane.normal.any_orthonormal_pair();
+        let flat = &mut self.flat[..self.wide.squares().len()];
+        flatten(self.tree, at, &self.wide, axes, flat);
+        let mut places = self.flat;
+        let places = &mut places[..self.wide.squares().len()];
+        sides(places, &mut self.corners, &mut self.ends);
+        let margin = BORDER_SPACINGS * spacing;
+        for (_, past) in &mut self.ends {
+            *past = past.max(0.0) + margin;
+        }
+        let nearest = self.ends.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        let &(outward, past) = nearest.unwrap_or(&(DVec2::ZERO, f64::INFINITY));
+        let flat = &self.flat[..self.wide.squares().len()];
+        let radius = reach_of(&self.wide, flat, &self.ends, spacing) + plane.deviations[0];
+        Edge {
+            outward: outward.x * axes.0 + outward.y * axes.1,
+            past,
+            radius: clamped(radius, spacing),
+        }
+    }
+}
+
+/// A radius between its limits: where points lie off their plane, neighbours' planes are tilted, and seen aslant they part.
+fn clamped(radius: f64, spacing: f64) -> f64 {
+    radius.clamp(0.5 * spacing, MOST_REACH_SPACINGS * spacing)
 }
 
 /// The part of a disc's radius that is drawn: all on a surface, where points fill a volume, as leaves do, half of it.
@@ -358,25 +439,20 @@ struct Edge {
     radius: f64,
 }
 
-/// Finds where the surface ends around a point, which is away from the mean of its neighbours, and, where it is not known
-/// yet, the spacing. `flat` is filled with the neighbours' offsets in the plane.
+/// Finds the spacing, and where the surface may end around a point, which is away from the mean of its neighbours. `flat` is filled
+/// with the neighbours' offsets in the plane.
 fn edge_of(
     tree: &Tree,
     at: Vec3,
     near: &Nearest,
     plane: &Plane,
-    spacing: Option<f64>,
     flat: &mut [DVec2; MOST_NEIGHBOURS],
 ) -> (f64, Edge) {
-    let (u, v) = plane.normal.any_orthonormal_pair();
+    let axes = plane.normal.any_orthonormal_pair();
     let squares = near.squares();
     let flat = &mut flat[..squares.len()];
-    let mut sum = DVec2::ZERO;
-    for (flat, &slot) in flat.iter_mut().zip(near.slots()) {
-        let offset = (tree.places[slot as usize].at - at).as_dvec3();
-        *flat = DVec2::new(offset.dot(u), offset.dot(v));
-        sum += *flat;
-    }
+    flatten(tree, at, near, axes, flat);
+    let sum: DVec2 = flat.iter().sum();
     let reach = f64::from(squares[squares.len() - 1]).sqrt();
     let mean = sum / squares.len() as f64;
     let outward = (-mean).normalize_or_zero();
@@ -384,20 +460,28 @@ fn edge_of(
     let mean_part = mean.length() / reach.max(f64::MIN_POSITIVE);
     let one_sided = (mean_part - WHOLE_MEAN) / (HALF_MEAN - WHOLE_MEAN);
     let part = 1.0 - 0.5 * one_sided.clamp(0.0, 1.0);
-    let spacing = spacing.unwrap_or_else(|| spacing_of(near, part));
+    let spacing = spacing_of(near, part);
     let past = extents.fold(0.0, f64::max) + BORDER_SPACINGS * spacing;
-    let radius = reach_of(near, flat, (outward, past), spacing) + plane.deviations[0];
+    let radius = reach_of(near, flat, &[(outward, past)], spacing) + plane.deviations[0];
+    let (u, v) = axes;
     let edge = Edge {
         outward: outward.x * u + outward.y * v,
         past,
-        // Where points lie off their plane, neighbours' planes are tilted, and seen aslant they part.
-        radius: radius.clamp(0.5 * spacing, MOST_REACH_SPACINGS * spacing),
+        radius: clamped(radius, spacing),
     };
     (spacing, edge)
 }
 
-/// How far a point's cell between its neighbours, whose offsets in the plane are given, and the surface's end goes.
-fn reach_of(near: &Nearest, flat: &[DVec2], (outward, past): (DVec2, f64), spacing: f64) -> f64 {
+/// Fills in the neighbours' offsets in the plane of these axes.
+fn flatten(tree: &Tree, at: Vec3, near: &Nearest, (u, v): (DVec3, DVec3), flat: &mut [DVec2]) {
+    for (flat, &slot) in flat.iter_mut().zip(near.slots()) {
+        let offset = (tree.places[slot as usize].at - at).as_dvec3();
+        *flat = DVec2::new(offset.dot(u), offset.dot(v));
+    }
+}
+
+/// How far a point's cell between its neighbours, whose offsets in the plane are given, and the surface's ends goes.
+fn reach_of(near: &Nearest, flat: &[DVec2], ends: &[Side], spacing: f64) -> f64 {
     let mut cell = Cell::square(MOST_REACH_SPACINGS * spacing);
     let mut reached = cell.farthest_square();
     for (&neighbour, &square) in flat.iter().zip(near.squares()) {
@@ -411,7 +495,9 @@ fn reach_of(near: &Nearest, flat: &[DVec2], (outward, past): (DVec2, f64), spaci
             reached = cell.farthest_square();
         }
     }
-    cell.keep(outward, past);
+    for &(outward, past) in ends {
+        cell.keep(outward, past);
+    }
     REACH_MARGIN * cell.farthest_square().sqrt()
 }
 

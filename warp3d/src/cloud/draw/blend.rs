@@ -10,10 +10,10 @@ use resample_core::Projection;
 use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
 
+use crate::cloud::draw::project::REACH_SIGMAS;
+use crate::cloud::draw::splat::{Splat, form};
+use crate::cloud::lanes::Lanes;
 use crate::cloud::options::Blend;
-use crate::cloud::project::REACH_SIGMAS;
-use crate::cloud::splat::{Splat, form};
-use crate::cloud::view::Lanes;
 
 /// A linear fit moves the colour by at most this many standard deviations of the offsets of the discs: beyond them it
 /// extrapolates. A guess.
@@ -32,7 +32,7 @@ pub(crate) struct Block {
     pub(crate) front: Lanes,
 }
 
-/// What the pixels of a block show.
+/// The colours of a block and their depth.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Blended {
     /// Linear colour, red, green and blue.

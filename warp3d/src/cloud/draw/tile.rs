@@ -13,12 +13,13 @@ use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::sort::{entry_index, entry_key, sort_by_depth};
 use resample_core::tile::{MAX_CHUNK_LEN, TILE_AREA, TILE_PX};
 
-use crate::cloud::blend::{Blended, Block, blended};
-use crate::cloud::listed::Listed;
-use crate::cloud::prepare::NO_DISC;
-use crate::cloud::project::{APRON_PX, BLOCK_PX, Gathered, project};
-use crate::cloud::splat::Splat;
-use crate::cloud::view::{LANES, Lanes, View};
+use crate::cloud::discs::prepare::NO_DISC;
+use crate::cloud::draw::blend::{Blended, Block, blended};
+use crate::cloud::draw::listed::Listed;
+use crate::cloud::draw::project::{APRON_PX, BLOCK_PX, Gathered, project};
+use crate::cloud::draw::splat::Splat;
+use crate::cloud::draw::view::View;
+use crate::cloud::lanes::{LANES, Lanes};
 
 /// Side of the tile with its apron, px.
 const SIDE: usize = TILE_PX + 2 * APRON_PX;
