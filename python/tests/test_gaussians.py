@@ -74,7 +74,7 @@ def test_conventions():
     tall = needle[..., 3].max(axis=1) > 0.1
     wide = needle[..., 3].max(axis=0) > 0.1
     assert tall.sum() > 4 * wide.sum()
-    # Of one alone the opacity is its own, but for the filter of the pixel.
+    # One alone has its own opacity, behind the filter of the pixel.
     ball = fr.splats([[0, 0, 0]], [[1, 0, 0, 0]], [[1, 1, 1]], [0.5], [[[0, 0, 0]]], camera=camera, size=(65, 65))
     assert ball[32, 32, 3] == pytest.approx(0.5, abs=0.01)
     assert ball.to_srgb8()[32, 32, :3] == pytest.approx(128, abs=1), "half of sRGB"
