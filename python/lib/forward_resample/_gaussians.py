@@ -133,7 +133,7 @@ def _harmonics(sh: npt.NDArray[Any]) -> tuple[npt.NDArray[np.float32], Optional[
     colours = np.ascontiguousarray(np.float32(0.5) + np.float32(_C0) * sh[:, 0])
     if sh.shape[1] == 1:
         return colours, None
-    return colours, np.ascontiguousarray(sh[:, 1:]).reshape(len(sh), -1)
+    return colours, np.ascontiguousarray(sh[:, 1:]).reshape(len(sh), 3 * (sh.shape[1] - 1))
 
 
 def _colours(colours: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
