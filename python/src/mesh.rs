@@ -116,7 +116,7 @@ fn optional<T: Element + Copy, const N: usize, U>(
 }
 
 /// The rows of an array, each of N numbers.
-fn rows<T: Element + Copy, const N: usize, U>(
+pub(crate) fn rows<T: Element + Copy, const N: usize, U>(
     array: &Bound<'_, PyArray2<T>>,
     name: &str,
     of_row: impl Fn([T; N]) -> U,

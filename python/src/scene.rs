@@ -22,7 +22,7 @@ use resample_core::simd::SimdLevel;
 use crate::picture::{self, Handed, handed};
 use crate::session::{Drawn, Session};
 use crate::work::{Done, Reins, work};
-use crate::{depth, fault, mesh, volume, words};
+use crate::{depth, fault, gaussians, mesh, volume, words};
 
 /// A scene that is drawn.
 #[pyclass(frozen)]
@@ -116,6 +116,14 @@ impl Scene {
         let loaded = made.map_err(|error| fault::raised(&error))?;
         let held = Some(Held::Mesh(loaded.into()));
         Self::new(Application::Mesh, inputs, held, threads)
+    }
+
+    /// 3-D Gaussians of arrays.
+    #[staticmethod]
+    fn gaussians(arrays: gaussians::Arrays<'_>, threads: Option<usize>) -> PyResult<Self> {
+        let held = Some(Held::Gaussians(gaussians::gaussians(&arrays)?.into()));
+        let inputs = vec![OsString::from("means")];
+        Self::new(Application::Gaussians, inputs, held, threads)
     }
 
     /// Pictures with depth of arrays, each of them colour and depth.

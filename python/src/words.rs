@@ -119,7 +119,8 @@ fn words(arg: &Arg, value: &Bound<'_, PyAny>) -> Result<Option<Vec<OsString>>, S
     let most = arg.get_num_args().map_or(1, |range| range.max_values());
     // Options of several words, such as `channel=(0, "green")`, and those that may be repeated take lists of them.
     if most > 1 || matches!(arg.get_action(), ArgAction::Append) {
-        return grouped(&dashed, most, value).map(Some);
+        let is_vector = value_name(arg).contains(',');
+        return grouped(&dashed, Shape { most, is_vector }, value).map(Some);
     }
     if let Ok(flag) = value.cast::<PyBool>() {
         // An option whose value may be left out.
@@ -131,36 +132,56 @@ fn words(arg: &Arg, value: &Bound<'_, PyAny>) -> Result<Option<Vec<OsString>>, S
         };
     }
     // A size is 800x600, all other lists have commas.
-    let is_size = arg
-        .get_value_names()
-        .and_then(|names| names.first())
-        .is_some_and(|name| ["WxH", "CxR"].contains(&name.as_str()));
+    let is_size = ["WxH", "CxR"].contains(&value_name(arg));
     let mut word = OsString::from(format!("{dashed}="));
     word.push(one(value, if is_size { "x" } else { "," })?);
     // One word, so that a value cannot be taken for another option.
     Ok(Some(vec![word]))
 }
 
+/// The name of an option's value in its help.
+fn value_name(arg: &Arg) -> &str {
+    let names = arg.get_value_names().and_then(|names| names.first());
+    names.map_or("", |name| name.as_str())
+}
+
+/// The words of an option that may be repeated.
+#[derive(Clone, Copy)]
+struct Shape {
+    /// Words each time.
+    most: usize,
+    /// A word is a list of numbers, such as a plane.
+    is_vector: bool,
+}
+
 /// An option each time that it is given.
-fn grouped(dashed: &str, most: usize, value: &Bound<'_, PyAny>) -> Result<Vec<OsString>, String> {
+fn grouped(
+    dashed: &str,
+    Shape { most, is_vector }: Shape,
+    value: &Bound<'_, PyAny>,
+) -> Result<Vec<OsString>, String> {
     let items = items(value);
     let is_list_of_groups = items
         .as_ref()
         .is_some_and(|items| items.iter().all(|item| self::items(item).is_some()));
+    // A list of numbers is one plane, a list of texts several.
+    let is_one = |items: &[Bound<'_, PyAny>]| {
+        is_vector && items.iter().all(|item| item.cast::<PyString>().is_err())
+    };
     let groups: Vec<Bound<'_, PyAny>> = match items {
-        Some(items) if most == 1 || is_list_of_groups => items,
+        Some(items) if is_list_of_groups || (most == 1 && !is_one(&items)) => items,
         _ => vec![value.clone()],
     };
     let mut words = Vec::new();
     for group in groups {
         words.push(dashed.into());
         match self::items(&group) {
-            Some(values) => {
+            Some(values) if most > 1 => {
                 for value in values {
                     words.push(one(&value, ",")?);
                 }
             }
-            None => words.push(one(&group, ",")?),
+            _ => words.push(one(&group, ",")?),
         }
     }
     Ok(words)

@@ -9,7 +9,7 @@ use resample_core::Camera;
 use resample_core::image::srgb_from_linear;
 use resample_tests::gaussians::scenes::{Numbers, ball, camera, knot};
 use resample_tests::gaussians::twin::GaussianTwin;
-use volsplat::{GaussianOptions, GaussianRenderer, Gaussians, PixelSamples};
+use volsplat::{GaussianModel, GaussianOptions, GaussianRenderer, Gaussians, PixelSamples};
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -37,6 +37,14 @@ fn main() {
             let options = GaussianOptions {
                 samples,
                 slab_error,
+                ..GaussianOptions::default()
+            };
+            measure(name, scene, camera, &options, &truth);
+        }
+        for model in [GaussianModel::Khr, GaussianModel::Inria, GaussianModel::Mip] {
+            let options = GaussianOptions {
+                model,
+                samples: PixelSamples::One,
                 ..GaussianOptions::default()
             };
             measure(name, scene, camera, &options, &truth);
@@ -91,7 +99,8 @@ fn measure(
     let n = truth.len() as f64;
     let stats = &frame.stats;
     println!(
-        "{name:12} {:5?} {:5.1} dB, alpha {:5.1} dB, bias {:+.4}, worst {worst:.3}; {least:6.1} ms CPU ({:.1} project, {:.1} tiles), {} in view, {:.2} M pairs, {:.1} M met, {:.1} M summed",
+        "{name:12} {:6?} {:5?} {:5.1} dB, alpha {:5.1} dB, bias {:+.4}, worst {worst:.3}; {least:6.1} ms CPU ({:.1} project, {:.1} tiles), {} in view, {:.2} M pairs, {:.1} M met, {:.1} M summed",
+        options.model,
         options.samples,
         -10.0 * (squares / (3.0 * n)).log10(),
         -10.0 * (opacities / n).log10(),

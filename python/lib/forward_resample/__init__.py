@@ -1,4 +1,4 @@
-"""Pictures of arrays: volumes, textured meshes and depth images, drawn by the CPU without a display.
+"""Pictures of arrays: volumes, 3-D Gaussians, textured meshes and depth images, drawn by the CPU without a display.
 
 The pictures are those of the command line ``resample``, byte for byte, and every option of its commands is a keyword
 argument: ``--max-error 1/255`` is ``max_error="1/255"``. :func:`options` lists them.
@@ -16,6 +16,7 @@ writes one.
 """
 
 from ._depth import DepthImage, warp
+from ._gaussians import Gaussians, splats
 from ._mesh import Mesh, texmap
 from ._native import __version__
 from ._picture import Picture, write_film
@@ -27,6 +28,7 @@ from ._volume import Volume, volsplat
 
 __all__ = [
     "DepthImage",
+    "Gaussians",
     "Mesh",
     "Picture",
     "Pyramid",
@@ -36,6 +38,7 @@ __all__ = [
     "Volume",
     "__version__",
     "options",
+    "splats",
     "texmap",
     "transfer_function",
     "view",

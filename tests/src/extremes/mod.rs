@@ -7,6 +7,7 @@
 mod cameras;
 mod every_sample;
 mod fields;
+mod gaussians;
 mod meshes;
 mod row;
 mod sums;
@@ -26,6 +27,7 @@ pub fn rows(share: usize) -> Vec<Row> {
         cameras::rows(),
         every_sample::rows(),
         fields::rows(),
+        gaussians::rows(),
         sums::rows(share),
         meshes::rows(),
         warps::rows(),

@@ -1,5 +1,6 @@
-//! Gaussians: scenes by formula, and the slow twin of their drawing as a volume.
+//! Gaussians: scenes by formula, the slow twins of their drawing, and how much pixels jump while the view turns.
 
+pub mod popping;
 pub mod scenes;
 pub mod twin;
 pub mod viewers;

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Quat, Vec3};
-use resample_core::image::srgb_from_linear;
 use resample_core::{Camera, Image, LookAt};
+use resample_tests::gaussians::popping::{Turn, blended};
 use resample_tests::gaussians::scenes::{Numbers, ball, camera, knot};
 use resample_tests::gaussians::twin::GaussianTwin;
 use resample_tests::gaussians::viewers::ViewerTwin;
@@ -16,12 +16,6 @@ fn drawn(gaussians: &Arc<Gaussians>, camera: &Camera) -> Image {
     let options = GaussianOptions::default();
     let mut renderer = GaussianRenderer::new(gaussians.clone(), &options).expect("options");
     renderer.render(camera).expect("a frame").image
-}
-
-/// A pixel in the blend space, times opacity.
-fn blended([r, g, b, opacity]: [f32; 4]) -> [f64; 4] {
-    let encoded = |c: f32| f64::from(srgb_from_linear(c / opacity.max(1e-9)) * opacity);
-    [encoded(r), encoded(g), encoded(b), f64::from(opacity)]
 }
 
 /// Peak signal to noise over some covered pixels, dB: colours and opacity.
@@ -269,4 +263,29 @@ fn a_tilted_clip_cuts_each_ray_where_it_meets_it() {
             "{got} instead of {wanted} at {pos_in_screen}"
         );
     }
+}
+
+/// The order by centre is the control: it jumps where the volume does not.
+#[test]
+fn nothing_pops_while_the_view_turns() {
+    let ball = Arc::new(ball(60, 6));
+    let turn = Turn {
+        eye: DVec3::new(0.8, 1.0, 2.4),
+        step_deg: 0.05,
+        steps: 60,
+        fov_y_deg: 50.0,
+        size: [32, 24],
+    };
+    let jumps = turn.jumps(&ball, GaussianModel::Volume);
+    for jump in &jumps[..4] {
+        let truth = turn.true_jump(&ball, jump);
+        println!("{jump:?}, in truth {truth:.5}");
+        assert!(
+            jump.size < truth + 1.0 / 255.0,
+            "{jump:?}, in truth {truth}"
+        );
+    }
+    let sorted = turn.jumps(&ball, GaussianModel::Khr);
+    println!("by centre: {:?}", sorted[0]);
+    assert!(sorted[0].size > 4.0 / 255.0, "{:?}", sorted[0]);
 }

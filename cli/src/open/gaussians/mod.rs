@@ -248,7 +248,9 @@ fn axis_note(args: &GaussiansArgs, format: Option<GaussianFormat>) -> Option<Str
 }
 
 fn stance(args: &GaussiansArgs, format: Option<GaussianFormat>) -> Stance {
-    let stated = format.map_or(DVec3::Y, GaussianFormat::up_in_world);
+    // Gaussians of memory have the axes of their training, as files of PLY.
+    let format = format.unwrap_or(GaussianFormat::Ply);
+    let stated = format.up_in_world();
     Stance::upright(args.camera.up.map_or(stated, |axis| axis.direction))
 }
 
