@@ -61,3 +61,29 @@ pub fn code16(value: f64) -> u16 {
 pub fn count(value: u64) -> usize {
     usize::try_from(value).unwrap_or(usize::MAX)
 }
+
+/// A number of a file as a code of 32 bits, brought into the range of u32, rounded down; NaN gives 0.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the conversion saturates, which is what is wanted"
+)]
+pub fn code32(value: f64) -> u32 {
+    value as u32
+}
+
+/// A number as a count, rounded down; one that is negative or NaN gives 0, one that is too great the greatest.
+///
+/// ```
+/// use resample_core::narrow::whole;
+///
+/// assert_eq!([-1.0, 2.6, f64::INFINITY].map(whole), [0, 2, u64::MAX]);
+/// ```
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the conversion saturates, which is what is wanted"
+)]
+pub fn whole(value: f64) -> u64 {
+    value as u64
+}

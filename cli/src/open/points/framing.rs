@@ -1,7 +1,7 @@
 //! The part of the points that a picture has to show: a box that a few far points do not blow up, and some points that stand for all.
 
 use glam::{DVec3, Vec3};
-use resample_core::narrow::count;
+use resample_core::narrow::{count, whole};
 use warp3d::cloud::Prepared;
 
 /// Share of the points at each end of an axis that may lie far away. A guess: birds and dust are fewer.
@@ -57,7 +57,7 @@ impl Shown {
 /// The box around the discs, relative to their origin, without what lies far beyond nearly all of them.
 fn bounds(prepared: &Prepared) -> [Vec3; 2] {
     let discs = &prepared.discs;
-    let skipped = count((FAR_SHARE * discs.len() as f64) as u64);
+    let skipped = count(whole(FAR_SHARE * discs.len() as f64));
     let mut along: Vec<f32> = Vec::with_capacity(discs.len());
     // Of each axis: the least, the usual least, the usual most, the most.
     let ends: [[f32; 4]; 3] = std::array::from_fn(|axis| {

@@ -5,7 +5,7 @@
 
 use anyhow::{Result, bail};
 use glam::{DVec3, Vec3};
-use resample_core::narrow::{count, single};
+use resample_core::narrow::{count, single, whole};
 use volsplat::transfer::ColourMap;
 use warp3d::cloud::{CloudRenderer, Disc, Prepared, Shade};
 use warp3d::input::clouds::PointCloudFile;
@@ -170,7 +170,7 @@ fn usual(prepared: &Prepared, value: &dyn Fn(&Disc, usize) -> f32) -> [f32; 2] {
         .map(|(disc, &point)| value(disc, point as usize))
         .collect();
     let last = values.len() - 1;
-    let skipped = count((OUTSIDE * values.len() as f64) as u64);
+    let skipped = count(whole(OUTSIDE * values.len() as f64));
     let mut nth = |place: usize| *values.select_nth_unstable_by(place, f32::total_cmp).1;
     [nth(skipped), nth(last - skipped)]
 }

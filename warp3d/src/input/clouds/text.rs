@@ -5,7 +5,7 @@
 //! Source: Leica's description of PTX and PTS; CloudCompare's and Open3D's manuals for XYZ.
 //! Limits: in PTX, cells without a return (0 0 0) are left out, and rows and columns are not kept.
 
-use resample_core::narrow::{code8, code16, single};
+use resample_core::narrow::{code8, code16, single, whole};
 use std::fs::File;
 use std::path::Path;
 
@@ -249,7 +249,7 @@ fn grids(file: &mut File, columns: &Columns, collector: &mut Collector) -> Resul
             }
             header.push(numbers.to_vec());
             if header.len() == PTX_HEADER.len() {
-                left = (header[0][0] as u64).saturating_mul(header[1][0] as u64);
+                left = whole(header[0][0]).saturating_mul(whole(header[1][0]));
                 let [x, y, z, w] = [6, 7, 8, 9].map(|line| DVec4::from_slice(&header[line]));
                 world_from_scan = DMat4::from_cols(x, y, z, w);
                 header.clear();

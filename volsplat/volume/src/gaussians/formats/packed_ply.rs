@@ -150,7 +150,8 @@ impl Tables {
         let places = columns(element, &WORDS)?;
         self.words.reserve_exact(narrow::count(element.count));
         rows.each(element, &places, &mut |row| {
-            self.words.push(std::array::from_fn(|at| row[at] as u32));
+            self.words
+                .push(std::array::from_fn(|at| narrow::code32(row[at])));
             Ok(())
         })?;
         Ok(())
@@ -180,7 +181,8 @@ impl Tables {
         self.coefficients
             .reserve_exact(narrow::count(element.count) * places.len());
         rows.each(element, &places, &mut |row| {
-            self.coefficients.extend(row.iter().map(|code| *code as u8));
+            self.coefficients
+                .extend(row.iter().map(|code| narrow::code8(*code)));
             Ok(())
         })?;
         Ok(())
