@@ -159,7 +159,7 @@ pub struct Prepared {
     pub left_out: LeftOut,
 }
 
-/// The most memory that making discs of so many points takes beside the cloud, bytes: a place in the tree with its axis, a fit, a
+/// The most memory that making discs of so many points takes beside the cloud, bytes: a place in the tree with its share of the splits, a fit, a
 /// fate, a disc and its number.
 pub fn prepare_bytes(points: usize) -> u64 {
     const EACH: usize =
