@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use resample_core::image::srgb_from_linear;
 use resample_core::{Camera, Image};
-use volsplat::{GaussianModel, GaussianOptions, GaussianRenderer, Gaussians};
+use volsplat::{GaussianOptions, GaussianRenderer, Gaussians};
 
 use super::scenes::camera;
 use super::twin::GaussianTwin;
@@ -46,12 +46,8 @@ impl Turn {
     }
 
     /// The greatest jump of each pixel, the greatest first.
-    pub fn jumps(&self, gaussians: &Arc<Gaussians>, model: GaussianModel) -> Vec<Jump> {
-        let options = GaussianOptions {
-            model,
-            ..GaussianOptions::default()
-        };
-        let mut renderer = GaussianRenderer::new(gaussians.clone(), &options).expect("options");
+    pub fn jumps(&self, gaussians: &Arc<Gaussians>, options: &GaussianOptions) -> Vec<Jump> {
+        let mut renderer = GaussianRenderer::new(gaussians.clone(), options).expect("options");
         let mut draw = |step| renderer.render(&self.camera(step)).expect("a frame").image;
         let mut last = [draw(0), draw(1)];
         let width = last[0].width;
