@@ -98,10 +98,9 @@ const FIELD: [(f64, u32); 12] = [
 
 /// Error of a slab, samples, and the time of a picture, of the exact one. The last one is the exact setting. With one sample a thicker slab
 /// saves nothing. On a helmet of small Gaussians and a yard with a sky, each loses less than the one before.
-const GAUSSIANS: [(f32, PixelSamples, f64); 5] = [
+const GAUSSIANS: [(f32, PixelSamples, f64); 4] = [
     (0.06, PixelSamples::One, 0.3),
-    (0.06, PixelSamples::Auto, 0.35),
-    (0.06, PixelSamples::Four, 0.7),
+    (0.02, PixelSamples::Auto, 0.5),
     (0.02, PixelSamples::Four, 0.8),
     (0.005, PixelSamples::Four, 1.0),
 ];
