@@ -14,7 +14,7 @@ use crate::look::options::DepthPlane;
     serde(default)
 )]
 pub struct GaussianOptions {
-    /// What a Gaussian stands for.
+    /// The meaning of a Gaussian.
     pub model: GaussianModel,
     /// How much the order inside a slab may change its colour before the slab's moments correct it, above 0, at most 1.
     pub slab_error: f32,

@@ -9,7 +9,6 @@ use resample_core::{Camera, Projection};
 use resample_volume::Gaussians;
 
 use crate::gaussians::profile::REACH;
-use crate::gaussians::ray_form::adjugate;
 
 /// Gaussians of a chunk: enough that a chunk's lists cost little, few enough that all threads have work.
 pub(crate) const CHUNK: usize = 1 << 14;
@@ -297,4 +296,14 @@ pub(crate) fn pixel_variance(camera: &Camera, z: f64, sigma_px: f64) -> [f64; 2]
 fn quaternion(rotation: &glam::Quat) -> DQuat {
     let rotation = rotation.as_dquat();
     rotation.normalize()
+}
+
+/// The adjugate of a symmetric matrix, or the transposed one of any other.
+#[inline(always)]
+pub(crate) fn adjugate(m: &DMat3) -> DMat3 {
+    DMat3::from_cols(
+        m.y_axis.cross(m.z_axis),
+        m.z_axis.cross(m.x_axis),
+        m.x_axis.cross(m.y_axis),
+    )
 }

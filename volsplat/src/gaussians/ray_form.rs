@@ -13,7 +13,7 @@ use resample_core::narrow::single;
 use resample_core::{Camera, Projection};
 
 use crate::gaussians::profile::REACH;
-use crate::gaussians::project::{InView, LEAST_EXPONENT, pixel_variance};
+use crate::gaussians::project::{InView, LEAST_EXPONENT, adjugate, pixel_variance};
 
 /// Least standard deviation along a ray, as a share of the depth: what f32 tells apart.
 const THINNEST: f64 = 1e-6;
@@ -206,13 +206,4 @@ fn quadratic(matrix: &DMat3, [a, b, c]: &[DVec3; 3]) -> [f64; 6] {
         2.0 * b.dot(mc),
         c.dot(mc),
     ]
-}
-
-#[inline(always)]
-pub(crate) fn adjugate(m: &DMat3) -> DMat3 {
-    DMat3::from_cols(
-        m.y_axis.cross(m.z_axis),
-        m.z_axis.cross(m.x_axis),
-        m.x_axis.cross(m.y_axis),
-    )
 }

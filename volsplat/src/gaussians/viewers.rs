@@ -1,4 +1,4 @@
-//! Gaussians as other viewers are told to draw them: flat ellipses on the screen, composited in the order of their centres.
+//! Gaussians as other viewers draw them: flat ellipses on the screen, composited in the order of their centres.
 //!
 //! For conformance, not for pictures: the footprint is the affine approximation about the centre (Zwicker et al., "EWA splatting",
 //! 2002, equation 24), each pixel has one sample, and the order jumps as the camera moves. [`Rules`] hold where the viewers differ.
