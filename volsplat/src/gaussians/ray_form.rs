@@ -84,7 +84,12 @@ impl RayForm {
         };
         // The footprint's area before and after.
         let area2 = towards.dot(adjugate * towards);
-        let kept = (in_view.area2 / area2).clamp(0.0, 1.0).sqrt();
+        // From the centre itself a Gaussian fills the view: nothing is widened.
+        let kept = if area2 > 0.0 {
+            (in_view.area2 / area2).clamp(0.0, 1.0).sqrt()
+        } else {
+            1.0
+        };
         let opacity = f64::from(in_view.opacity) * kept;
         let log2_opacity = single(opacity.min(MOST_OPACITY)).log2();
         if !(log2_opacity >= LEAST_EXPONENT) {
