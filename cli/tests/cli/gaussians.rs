@@ -77,7 +77,7 @@ fn gaussians_are_found_by_their_content() {
     for (number, words) in [
         "a.bin",
         "volsplat a.bin",
-        "--threads 1 -q volsplat --slab-error 0.06 a.bin",
+        "--threads 1 -q volsplat --slab-error 0.02 a.bin",
         "-q volsplat --resume --size 48x48 a.bin",
     ]
     .iter()
