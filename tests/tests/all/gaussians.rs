@@ -276,11 +276,7 @@ fn nothing_pops_while_the_view_turns() {
         fov_y_deg: 50.0,
         size: [48, 36],
     };
-    let volume = GaussianOptions {
-        slab_error: 0.01,
-        ..GaussianOptions::default()
-    };
-    let jumps = turn.jumps(&knot, &volume);
+    let jumps = turn.jumps(&knot, &GaussianOptions::default());
     for jump in &jumps[..3] {
         let truth = turn.true_jump(&knot, jump);
         println!("{jump:?}, in truth {truth:.5}");

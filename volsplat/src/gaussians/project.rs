@@ -8,8 +8,6 @@ use resample_core::tile::{ChunkBins, TileGrid};
 use resample_core::{Camera, Projection};
 use resample_volume::Gaussians;
 
-use crate::gaussians::profile::REACH;
-
 /// Gaussians of a chunk: enough that a chunk's lists cost little, few enough that all threads have work.
 pub(crate) const CHUNK: usize = 1 << 14;
 
@@ -18,6 +16,11 @@ pub(crate) const LEAST_OPACITY: f64 = 1.0 / 2048.0;
 
 /// Its log2.
 pub(crate) const LEAST_EXPONENT: f32 = -11.0;
+
+/// A Gaussian begins this many of its standard deviations along z before its centre: rays that meet it beside its centre may meet it
+/// earlier, by sqrt(q + 5) at most. This holds for q up to 4, beyond which an eighth of its opacity is left; with less, pixels popped by
+/// 0.006 as the view turned, and with the bound for all q pictures were no better and took a seventh more time.
+const BEGIN_SIGMAS: f64 = 3.0;
 
 /// Standard deviation of the pixel's Gaussian, px.
 pub(crate) const PIXEL_SIGMA_PX: f64 = 0.5;
@@ -168,7 +171,7 @@ impl<'a> View<'a> {
         let placed = self.placed(gaussians, index);
         let (centre, axes) = (placed.centre, placed.axes);
         let covariance = axes * axes.transpose();
-        let reach_z = covariance.z_axis.z.sqrt() * REACH;
+        let reach_z = covariance.z_axis.z.sqrt() * BEGIN_SIGMAS;
         if !(centre.z + reach_z > self.camera.near) {
             return None;
         }
