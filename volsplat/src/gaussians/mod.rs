@@ -6,8 +6,8 @@
 //! as other viewers do, to compare pictures with.
 //!
 //! The optical depth of a Gaussian on a ray is -ln(1 - opacity G), with G its value at the ray's closest approach in standard
-//! deviations; it is spread along the ray by a parabola with the Gaussian's mean and standard deviation there. So one alone has the opacity that it was trained with,
-//! and where several overlap neither order nor camera makes a jump.
+//! deviations; it is spread along the ray by a parabola with the Gaussian's mean and standard deviation there. So one alone has the
+//! opacity that it was trained with, and where several overlap neither order nor camera makes a jump.
 //! Limits: colours do not change inside a Gaussian, and light is not scattered.
 
 mod block;
