@@ -65,7 +65,7 @@ fn one_point_a_pixel_is_within_45_db_of_the_truth() {
         // The outline of a sphere is known, the end of a plane only to the distance of its points.
         let whole_db = if shape == Shape::Plane { 42.0 } else { 49.0 };
         assert!(found.whole_db > whole_db, "{shape:?}: {found:?}");
-        assert!(found.lacking < 0.002, "{shape:?}: {found:?}");
+        assert!(found.lacking < 0.001, "{shape:?}: {found:?}");
         assert_eq!(found.holes, 0, "{shape:?}");
         assert!(found.false_fill < 0.002, "{shape:?}: {found:?}");
     }
