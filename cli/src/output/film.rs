@@ -10,12 +10,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use png::Writer;
 use resample_core::{Camera, Image};
+use resample_io::write::webp::WebP;
+use resample_io::write::{png as picture_png, webp};
 use tempfile::NamedTempFile;
 
-use super::png::Depth;
 use super::video::Container;
-use super::webp::WebP;
-use super::{Listed, WriteFailure, folder_of, png as picture_png, temporary_file, video, webp};
+use super::{Depth, Listed, WriteFailure, folder_of, temporary_file, video};
 
 /// Kind of an animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -177,7 +177,7 @@ impl Film {
             Sink::Png(writer, depth) => writer
                 .write_image_data(&picture_png::bytes(image, *depth))
                 .map_err(Into::into),
-            Sink::WebP(webp) => webp.add(&picture_png::bytes(image, Depth::Eight)),
+            Sink::WebP(webp) => Ok(webp.add(&picture_png::bytes(image, Depth::Eight))?),
             Sink::Video(pipe) => pipe.add(&picture_png::opaque_bytes(image)),
         };
         added.with_context(|| WriteFailure {

@@ -4,12 +4,9 @@
 //! renamed when it is complete: a reader never sees half a picture, and what stood there before stays until then.
 //! The format of a picture follows from its extension.
 
-mod exr;
 mod film;
 mod names;
-mod png;
 mod video;
-mod webp;
 #[cfg(test)]
 mod tests;
 
@@ -23,17 +20,18 @@ use image::ExtendedColorType;
 use image::codecs::jpeg::JpegEncoder;
 use resample_core::Image;
 use resample_core::image::linear_from_srgb;
+use resample_io::write::png::opaque_bytes;
+use resample_io::write::{exr, png};
 use tempfile::NamedTempFile;
 
-use crate::output::png::opaque_bytes;
 use crate::process::interrupt;
 use crate::process::interrupt::Listed;
 
-pub(crate) use crate::output::exr::mark as exr_mark;
 pub use crate::output::film::{DEFAULT_FPS, Film, FilmKind, FilmPlan, kind_of};
 pub use crate::output::names::FrameNames;
-pub use crate::output::png::Depth;
-pub(crate) use crate::output::png::mark as png_mark;
+pub(crate) use resample_io::write::exr::mark as exr_mark;
+pub use resample_io::write::png::Depth;
+pub(crate) use resample_io::write::png::mark as png_mark;
 
 /// The beginning of every temporary file's name.
 const PREFIX: &str = ".resample-";
@@ -214,8 +212,8 @@ pub fn write_marked_picture(
     mark: Option<&str>,
 ) -> Result<u64> {
     write_whole(path, |file| match format {
-        Format::Png(depth) => png::write(file, image, depth, mark),
-        Format::Exr => exr::write(file, image, mark),
+        Format::Png(depth) => Ok(png::write(file, image, depth, mark)?),
+        Format::Exr => Ok(exr::write(file, image, mark)?),
         Format::Jpeg => write(file, image),
     })
 }
@@ -227,7 +225,7 @@ pub(crate) fn write_tile(
     place: ([usize; 2], [usize; 2]),
     mark: &str,
 ) -> Result<u64> {
-    write_whole(path, |file| exr::write_window(file, tile, place, mark))
+    write_whole(path, |file| Ok(exr::write_window(file, tile, place, mark)?))
 }
 
 /// The bytes of the PNG file of a picture, 8 bits a channel.
@@ -247,8 +245,8 @@ pub fn png_codes(image: &Image) -> Vec<u8> {
 pub fn write_grey(path: &Path, size: [usize; 2], values: &[f32]) -> Result<u64> {
     let format = format_of(path, None)?;
     write_whole(path, |file| match format {
-        Format::Png(_) => png::write_grey(file, size, values),
-        Format::Exr => exr::write_grey(file, size, values),
+        Format::Png(_) => Ok(png::write_grey(file, size, values)?),
+        Format::Exr => Ok(exr::write_grey(file, size, values)?),
         Format::Jpeg => write(file, &grey(size, values)),
     })
 }

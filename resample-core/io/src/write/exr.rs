@@ -8,12 +8,9 @@
 //! Takes a picture, gives channels R, G, B, A, a channel Z where the picture has depth (camera z in world units,
 //! +infinity where nothing is seen), and one channel per extra plane under its own name.
 
-mod runs;
-
-use std::io::{Seek, Write};
+use std::io::{self, Seek, Write};
 use std::path::Path;
 
-use anyhow::{Result, ensure};
 use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use exr::block::writer::{ChunkWriter, ChunksWriter};
 use exr::prelude::{
@@ -23,13 +20,13 @@ use exr::prelude::{
 use rayon::prelude::*;
 use resample_core::Image;
 
-use runs::{LineWork, Values, packed_line};
+use crate::write::runs::{LineWork, Values, packed_line};
 
 /// The attribute that holds a mark.
 const MARK: &str = "resample";
 
 /// The mark in an EXR; none in a file that has none or cannot be read.
-pub(crate) fn mark(path: &Path) -> Option<String> {
+pub fn mark(path: &Path) -> Option<String> {
     let headers = MetaData::read_from_file(path, false).ok()?.headers;
     let found = headers
         .first()?
@@ -43,14 +40,13 @@ pub(crate) fn mark(path: &Path) -> Option<String> {
 }
 
 /// Writes `image` to `file`, and a mark if there is one.
-pub(super) fn write(file: impl Write + Seek, image: &Image, mark: Option<&str>) -> Result<()> {
+pub fn write(file: impl Write + Seek, image: &Image, mark: Option<&str>) -> io::Result<()> {
     let channels = channels(image);
     let mut names: Vec<_> = channels.iter().map(|(name, _)| *name).collect();
     names.sort();
-    ensure!(
-        names.windows(2).all(|pair| pair[0] != pair[1]),
-        "two channels have the same name"
-    );
+    if names.windows(2).any(|pair| pair[0] == pair[1]) {
+        return Err(io::Error::other("two channels have the same name"));
+    }
     write_channels(
         file,
         Place::whole([image.width, image.height]),
@@ -60,12 +56,12 @@ pub(super) fn write(file: impl Write + Seek, image: &Image, mark: Option<&str>) 
 }
 
 /// Writes a window of a picture, whose place any viewer of EXR shows, and a mark.
-pub(super) fn write_window(
+pub fn write_window(
     file: impl Write + Seek,
     image: &Image,
     (first, whole): ([usize; 2], [usize; 2]),
     mark: &str,
-) -> Result<()> {
+) -> io::Result<()> {
     let place = Place {
         size: [image.width, image.height],
         first,
@@ -92,7 +88,7 @@ impl Place {
 }
 
 /// Writes one plane as channel Y.
-pub(super) fn write_grey(file: impl Write + Seek, size: [usize; 2], values: &[f32]) -> Result<()> {
+pub fn write_grey(file: impl Write + Seek, size: [usize; 2], values: &[f32]) -> io::Result<()> {
     let channels = vec![("Y", Values::Plane(values))];
     write_channels(file, Place::whole(size), channels, None)
 }
@@ -102,11 +98,11 @@ fn write_channels(
     place: Place,
     mut channels: Vec<(&str, Values)>,
     mark: Option<&str>,
-) -> Result<()> {
+) -> io::Result<()> {
     let [width, height] = place.size;
     let first = [
-        i32::try_from(place.first[0])?,
-        i32::try_from(place.first[1])?,
+        i32::try_from(place.first[0]).map_err(io::Error::other)?,
+        i32::try_from(place.first[1]).map_err(io::Error::other)?,
     ];
     let mut attributes = LayerAttributes {
         layer_position: Vec2(first[0], first[1]),
@@ -139,9 +135,8 @@ fn write_channels(
         let headers = writer.infer_meta_data();
         let values: Vec<_> = channels.iter().map(|(_, values)| *values).collect();
         let write = |writer: &mut ChunkWriter<_>| write_runs(writer, &values, place.size, first[1]);
-        return Ok(exr::block::write(file, headers, true, |_, chunks| {
-            write(chunks)
-        })?);
+        let written = exr::block::write(file, headers, true, |_, chunks| write(chunks));
+        return written.map_err(of_writing);
     }
     // The encoder starts threads of its own; one thread asked for means one thread used.
     let writer = if rayon::current_num_threads() == 1 {
@@ -149,7 +144,15 @@ fn write_channels(
     } else {
         writer
     };
-    Ok(writer.to_buffered(file)?)
+    writer.to_buffered(file).map_err(of_writing)
+}
+
+/// The error of the file where there is one.
+fn of_writing(error: exr::error::Error) -> io::Error {
+    match error {
+        exr::error::Error::Io(error) => error,
+        other => io::Error::other(other),
+    }
 }
 
 /// Writes lines packed by run lengths, the first of them at `first_y` of the picture.

@@ -5,10 +5,9 @@
 //! fit into the format and are left out.
 
 use std::fs::File;
-use std::io::{BufReader, Write};
+use std::io::{self, BufReader, Write};
 use std::path::Path;
 
-use anyhow::Result;
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, SrgbRenderingIntent};
 use rayon::prelude::*;
 use resample_core::Image;
@@ -27,7 +26,7 @@ pub enum Depth {
 const MARK: &str = "resample";
 
 /// The mark in a PNG; none in a file that has none or cannot be read.
-pub(crate) fn mark(path: &Path) -> Option<String> {
+pub fn mark(path: &Path) -> Option<String> {
     let file = BufReader::new(File::open(path).ok()?);
     let reader = Decoder::new(file).read_info().ok()?;
     let mut texts = reader.info().uncompressed_latin1_text.iter();
@@ -36,13 +35,8 @@ pub(crate) fn mark(path: &Path) -> Option<String> {
 }
 
 /// Writes `image` to `file`, and a mark if there is one.
-pub(super) fn write(
-    file: impl Write,
-    image: &Image,
-    depth: Depth,
-    mark: Option<&str>,
-) -> Result<()> {
-    let size = [u32::try_from(image.width)?, u32::try_from(image.height)?];
+pub fn write(file: impl Write, image: &Image, depth: Depth, mark: Option<&str>) -> io::Result<()> {
+    let size = side_lengths([image.width, image.height])?;
     let mut encoder = encoder(file, size, depth);
     if let Some(mark) = mark {
         encoder.add_text_chunk(MARK.to_owned(), mark.to_owned())?;
@@ -53,8 +47,9 @@ pub(super) fn write(
 }
 
 /// Writes a plane of numbers from 0 to 1 as 8-bit grey codes.
-pub(super) fn write_grey(file: impl Write, size: [usize; 2], values: &[f32]) -> Result<()> {
-    let mut encoder = Encoder::new(file, u32::try_from(size[0])?, u32::try_from(size[1])?);
+pub fn write_grey(file: impl Write, size: [usize; 2], values: &[f32]) -> io::Result<()> {
+    let [width, height] = side_lengths(size)?;
+    let mut encoder = Encoder::new(file, width, height);
     encoder.set_color(ColorType::Grayscale);
     encoder.set_depth(BitDepth::Eight);
     let mut writer = encoder.write_header()?;
@@ -67,8 +62,13 @@ pub(super) fn write_grey(file: impl Write, size: [usize; 2], values: &[f32]) -> 
     Ok(writer.finish()?)
 }
 
+fn side_lengths([width, height]: [usize; 2]) -> io::Result<[u32; 2]> {
+    let side = |length| u32::try_from(length).map_err(io::Error::other);
+    Ok([side(width)?, side(height)?])
+}
+
 /// An encoder for pictures of `size` pixels, width and height.
-pub(super) fn encoder<W: Write>(file: W, size: [u32; 2], depth: Depth) -> Encoder<'static, W> {
+pub fn encoder<W: Write>(file: W, size: [u32; 2], depth: Depth) -> Encoder<'static, W> {
     let mut encoder = Encoder::new(file, size[0], size[1]);
     encoder.set_color(ColorType::Rgba);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
@@ -82,7 +82,7 @@ pub(super) fn encoder<W: Write>(file: W, size: [u32; 2], depth: Depth) -> Encode
 }
 
 /// The pixels of a picture as a PNG has them: red, green, blue and alpha, sixteen bits with the high byte first.
-pub(super) fn bytes(image: &Image, depth: Depth) -> Vec<u8> {
+pub fn bytes(image: &Image, depth: Depth) -> Vec<u8> {
     match depth {
         Depth::Eight => image
             .rgba
@@ -98,7 +98,7 @@ pub(super) fn bytes(image: &Image, depth: Depth) -> Vec<u8> {
 }
 
 /// Red, green and blue of an opaque picture, 8 bits in sRGB.
-pub(super) fn opaque_bytes(image: &Image) -> Vec<u8> {
+pub fn opaque_bytes(image: &Image) -> Vec<u8> {
     image
         .rgba
         .par_iter()

@@ -6,16 +6,15 @@
 //! Limits: 16384 pixels a side, four gigabytes, whole milliseconds a frame; each frame is stored whole.
 
 use std::fs::File;
-use std::io::{Seek, SeekFrom, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 
-use anyhow::{Context, Result, bail};
 use image_webp::{ColorType, WebPEncoder};
 
 /// Most pixels along a side: the format has 14 bits for it.
-pub(super) const MAX_SIDE: u32 = 1 << 14;
+pub const MAX_SIDE: u32 = 1 << 14;
 
 /// An animation, or one picture, in the making.
-pub(super) struct WebP {
+pub struct WebP {
     file: File,
     size: [u32; 2],
     fps: u16,
@@ -38,7 +37,7 @@ const REPLACE: u8 = 0x02;
 
 impl WebP {
     /// Starts a file for `count` pictures of `size` pixels, width and height.
-    pub(super) fn begin(mut file: File, size: [u32; 2], fps: u16, count: u32) -> Result<Self> {
+    pub fn begin(mut file: File, size: [u32; 2], fps: u16, count: u32) -> io::Result<Self> {
         let kind = if count > 1 {
             Kind::Animation
         } else {
@@ -64,11 +63,13 @@ impl WebP {
     }
 
     /// Adds a picture: red, green, blue and alpha.
-    pub(super) fn add(&mut self, rgba: &[u8]) -> Result<()> {
+    pub fn add(&mut self, rgba: &[u8]) -> io::Result<()> {
         let mut whole = Vec::new();
-        WebPEncoder::new(&mut whole).encode(rgba, self.size[0], self.size[1], ColorType::Rgba8)?;
+        let encoder = WebPEncoder::new(&mut whole);
+        let encoded = encoder.encode(rgba, self.size[0], self.size[1], ColorType::Rgba8);
+        encoded.map_err(io::Error::other)?;
         if self.kind == Kind::Still {
-            return Ok(self.file.write_all(&whole)?);
+            return self.file.write_all(&whole);
         }
         // A frame lasts until the next one begins, so that rounding does not add up.
         let start_ms = |frame: u64| (1000 * frame + u64::from(self.fps) / 2) / u64::from(self.fps);
@@ -77,40 +78,45 @@ impl WebP {
         self.size
             .iter()
             .for_each(|side| frame.extend(three_bytes(side - 1)));
-        frame.extend(three_bytes(u32::try_from(duration_ms)?));
+        frame.extend(three_bytes(
+            u32::try_from(duration_ms).map_err(io::Error::other)?,
+        ));
         frame.push(REPLACE);
         chunk(&mut frame, *b"VP8L", lossless_part(&whole)?)?;
         let mut bytes = Vec::new();
         chunk(&mut bytes, *b"ANMF", &frame)?;
         self.frames += 1;
-        Ok(self.file.write_all(&bytes)?)
+        self.file.write_all(&bytes)
     }
 
     /// Ends the file.
-    pub(super) fn finish(mut self) -> Result<()> {
+    pub fn finish(mut self) -> io::Result<()> {
         if self.kind == Kind::Animation {
             let bytes = self.file.seek(SeekFrom::End(0))?;
-            let after_head = u32::try_from(bytes - 8).context(
-                "a WebP file holds four gigabytes at most: write numbered pictures instead",
-            )?;
+            let after_head = u32::try_from(bytes - 8).map_err(|_| {
+                io::Error::other(
+                    "a WebP file holds four gigabytes at most: write numbered pictures instead",
+                )
+            })?;
             self.file.seek(SeekFrom::Start(4))?;
             self.file.write_all(&after_head.to_le_bytes())?;
         }
-        Ok(self.file.flush()?)
+        self.file.flush()
     }
 }
 
 /// Appends a chunk: name, length, content, and a byte more where the length is odd.
-fn chunk(to: &mut Vec<u8>, name: [u8; 4], content: &[u8]) -> Result<()> {
+fn chunk(to: &mut Vec<u8>, name: [u8; 4], content: &[u8]) -> io::Result<()> {
     to.extend(name);
-    to.extend(u32::try_from(content.len())?.to_le_bytes());
+    let length = u32::try_from(content.len()).map_err(io::Error::other)?;
+    to.extend(length.to_le_bytes());
     to.extend(content);
     to.resize(to.len().next_multiple_of(2), 0);
     Ok(())
 }
 
 /// The content of the VP8L chunk of a whole file.
-fn lossless_part(file: &[u8]) -> Result<&[u8]> {
+fn lossless_part(file: &[u8]) -> io::Result<&[u8]> {
     let mut rest = file.get(12..).unwrap_or_default();
     while let Some((head, content)) = rest.split_at_checked(8) {
         let length = u32::from_le_bytes([head[4], head[5], head[6], head[7]]) as usize;
@@ -124,7 +130,9 @@ fn lossless_part(file: &[u8]) -> Result<&[u8]> {
             .get(length.next_multiple_of(2)..)
             .unwrap_or_default();
     }
-    bail!("the WebP encoder gave a file without a lossless picture")
+    Err(io::Error::other(
+        "the WebP encoder gave a file without a lossless picture",
+    ))
 }
 
 /// The lower three bytes, the lowest first.
@@ -176,8 +184,7 @@ mod tests {
     fn an_animation_comes_back_to_the_bit() {
         let bytes = written(4);
         assert_eq!(bytes.len() % 2, 0, "chunks are padded");
-        let decoder =
-            WebPDecoder::new(BufReader::new(std::io::Cursor::new(&bytes))).expect("a WebP");
+        let decoder = WebPDecoder::new(BufReader::new(io::Cursor::new(&bytes))).expect("a WebP");
         assert!(
             decoder.has_animation() && decoder.dimensions() == (5, 3),
             "an animation of its size"
@@ -211,8 +218,7 @@ mod tests {
     #[test]
     fn one_picture_is_a_plain_file() {
         let bytes = written(1);
-        let decoder =
-            WebPDecoder::new(BufReader::new(std::io::Cursor::new(&bytes))).expect("a WebP");
+        let decoder = WebPDecoder::new(BufReader::new(io::Cursor::new(&bytes))).expect("a WebP");
         assert!(!decoder.has_animation(), "one picture");
         let read = image::load_from_memory(&bytes)
             .expect("a picture")

@@ -6,7 +6,7 @@
 
 /// The numbers of a channel.
 #[derive(Clone, Copy)]
-pub(super) enum Values<'a> {
+pub(crate) enum Values<'a> {
     /// One of the four numbers of each pixel.
     Colour(&'a [[f32; 4]], usize),
     Plane(&'a [f32]),
@@ -21,14 +21,14 @@ const MOST_UNEQUAL: usize = 127;
 
 /// Storage for a line.
 #[derive(Default)]
-pub(super) struct LineWork {
+pub(crate) struct LineWork {
     separated: Vec<u8>,
     differences: Vec<u8>,
 }
 
 impl Values<'_> {
     /// All numbers.
-    pub(super) fn to_vec(self) -> Vec<f32> {
+    pub(crate) fn to_vec(self) -> Vec<f32> {
         match self {
             Self::Colour(pixels, k) => pixels.iter().map(|pixel| pixel[k]).collect(),
             Self::Plane(values) => values.to_vec(),
@@ -51,7 +51,7 @@ impl Values<'_> {
 }
 
 /// Packs line `y` of channels that are `width` wide; unpacked bytes where that would be longer.
-pub(super) fn packed_line(
+pub(crate) fn packed_line(
     channels: &[Values],
     (width, y): (usize, usize),
     work: &mut LineWork,
