@@ -1,4 +1,4 @@
-//! The face of a scene whose files are read: all that the commands ask of what is drawn.
+//! The trait of a scene whose files are read: cameras, options, pictures and the report.
 //!
 //! A further kind of scene implements [`OpenScene`], and is read in [`super::Opened::read`].
 
@@ -52,14 +52,18 @@ pub(crate) trait OpenScene: Any + Send + Sync {
     /// Takes new options of the same command and scene; false where the scene has to be read again for them.
     fn change(&mut self, drawing: &Drawing, change: Change) -> Result<bool>;
 
-    /// Applies the animation state of frame `number`.
-    fn turn_to(&mut self, number: usize) -> Result<()>;
+    /// Applies the animation state of frame `number`; scenes that stand still have none.
+    fn turn_to(&mut self, _number: usize) -> Result<()> {
+        Ok(())
+    }
 
     /// Ends frames early once `stop` is asked for, where the application can.
     fn stop_with(&mut self, _stop: Stop) {}
 
     /// Draws the picture of one camera.
-    fn draw(&mut self, camera: &Camera) -> Result<Drawn>;
+    fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
+        self.draw_window(camera, &Window::whole(camera))
+    }
 
     /// Draws a window of the picture of one camera, with all planes that were asked for: the pixels that the whole picture has
     /// there. It begins at edges of tiles. Scenes without bands are asked for the whole picture alone.

@@ -12,6 +12,7 @@
 
 mod block;
 mod options;
+mod outline;
 mod profile;
 mod project;
 mod ray_form;
@@ -38,6 +39,7 @@ use crate::render::Frame;
 use crate::stats::FrameStats;
 
 pub use options::{GaussianLayer, GaussianModel, GaussianOptions, PixelSamples};
+pub use outline::Outline;
 
 /// Draws Gaussians, picture after picture.
 ///

@@ -38,6 +38,7 @@
 mod lanes;
 mod points;
 mod discs;
+mod shown;
 mod options;
 mod draw;
 mod renderer;
@@ -46,6 +47,7 @@ pub use discs::prepare::{Disc, Floating, LeftOut, Prepared, prepare, prepare_byt
 pub use options::{Blend, CloudOptions, Shade};
 pub use points::PointCloud;
 pub use renderer::{CloudFrame, CloudRenderer, CloudStats};
+pub use shown::Shown;
 
 #[cfg(test)]
 mod tests;

@@ -5,7 +5,6 @@
 //! sphere, so that they have the same scale. The picture's up direction is the derivative of the eye's position along the elevation, which is defined
 //! everywhere, the poles included.
 
-pub mod gaussians;
 pub mod volume;
 #[cfg(test)]
 mod tests;

@@ -6,11 +6,10 @@ use anyhow::{Result, anyhow};
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 use warp3d::cloud::{PointCloud, prepare};
-use warp3d::input::clouds::{CloudLoadOptions, PointCloudFile, cloud_format_of, load};
+use warp3d::input::clouds::{CloudLoadOptions, PointCloudFile, class_name, cloud_format_of, load};
 
 use super::words::{Line, between, line, short};
 use crate::args::InfoArgs;
-use crate::open::points::classes;
 use crate::open::points::scan::span;
 use crate::process::report;
 
@@ -101,7 +100,7 @@ impl Facts {
         }
         let classes = self.classes.iter().enumerate();
         lines.extend(classes.map(|(place, (&class, count))| {
-            let name = classes::name(class).unwrap_or("without a name in LAS");
+            let name = class_name(class).unwrap_or("without a name in LAS");
             let title = if place == 0 { "classes" } else { "" };
             line(title, format!("{class} {name}: {count}"))
         }));
@@ -122,7 +121,7 @@ impl Facts {
             "extent": self.bounds.map(|corner| corner.to_array()),
             "spacing": self.spacing,
             "classes": classes.map(|(&class, count)| json!({
-                "class": class, "name": classes::name(class), "points": count
+                "class": class, "name": class_name(class), "points": count
             })).collect::<Vec<_>>(),
             "memory_bytes": self.memory(),
         })

@@ -12,6 +12,7 @@ use anyhow::{Result, bail};
 use glam::DVec3;
 use resample_core::{Camera, Stop};
 use serde_json::Value;
+use volsplat::gaussians::Outline;
 use volsplat::{
     GaussianFormat, GaussianLayer, GaussianLoadOptions, GaussianOptions, GaussianRenderer,
     Gaussians,
@@ -19,7 +20,6 @@ use volsplat::{
 
 use crate::args::{Drawing, GaussianRenderArgs, GaussiansArgs, Given};
 use crate::cameras::camera_path::KeyKind;
-use crate::cameras::framing::gaussians::Outline;
 use crate::cameras::framing::{Extent, Stance, seen_points};
 use crate::cameras::viewpoint;
 use crate::open::gaussians::options::{clip, render_options};
@@ -143,16 +143,8 @@ impl OpenScene for OpenGaussians {
         Ok(true)
     }
 
-    fn turn_to(&mut self, _number: usize) -> Result<()> {
-        Ok(())
-    }
-
     fn stop_with(&mut self, stop: Stop) {
         self.renderer.stop_with(stop);
-    }
-
-    fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
-        drawn(&mut self.renderer, camera, &Window::whole(camera))
     }
 
     fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {

@@ -171,10 +171,6 @@ impl OpenScene for OpenMesh {
         Ok(())
     }
 
-    fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
-        drawn(&mut self.renderer, camera, &Window::whole(camera))
-    }
-
     fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
         drawn(&mut self.renderer, camera, window)
     }

@@ -1,44 +1,17 @@
-//! Classes of points as the ASPRS numbers them in LAS: their names, and a colour for each number.
+//! Colours in 8 bits: one for each class of points.
 
 use resample_core::image::srgb_from_linear;
 use resample_core::narrow::code8;
 use volsplat::transfer::ColourMap;
-
-/// Name and sRGB colour of the classes of LAS 1.4, from 0 on.
-const CLASSES: [(&str, [u8; 3]); 19] = [
-    ("never classified", [170, 170, 170]),
-    ("unclassified", [205, 205, 205]),
-    ("ground", [166, 124, 82]),
-    ("low vegetation", [184, 214, 122]),
-    ("medium vegetation", [112, 180, 80]),
-    ("high vegetation", [44, 122, 54]),
-    ("building", [214, 96, 77]),
-    ("low noise", [255, 0, 255]),
-    ("model key point", [255, 220, 0]),
-    ("water", [67, 147, 211]),
-    ("rail", [110, 90, 160]),
-    ("road surface", [120, 120, 130]),
-    ("overlap", [240, 200, 160]),
-    ("wire guard", [255, 170, 0]),
-    ("wire conductor", [255, 120, 0]),
-    ("transmission tower", [140, 40, 140]),
-    ("wire connector", [200, 100, 0]),
-    ("bridge deck", [90, 60, 50]),
-    ("high noise", [255, 0, 140]),
-];
-
-/// The name of a class; numbers beyond the standard's have none.
-pub(crate) fn name(class: u8) -> Option<&'static str> {
-    CLASSES.get(usize::from(class)).map(|(name, _)| *name)
-}
+use warp3d::input::clouds::class_colour;
 
 /// The colour of a class, sRGB. Numbers beyond the standard's lie on a circle of hues, a golden section from one to the next, so
 /// that those which follow one another differ.
-pub(crate) fn colour(class: u8) -> [u8; 3] {
+pub(super) fn colour(class: u8) -> [u8; 3] {
     /// Of a circle.
     const GOLDEN_SECTION: f64 = 0.618_034;
-    if let Some((_, colour)) = CLASSES.get(usize::from(class)) {
-        return *colour;
+    if let Some(colour) = class_colour(class) {
+        return colour;
     }
     let circle: Option<ColourMap> = "sinebow".parse().ok();
     let place = (f64::from(class) * GOLDEN_SECTION).fract();
@@ -69,6 +42,5 @@ mod tests {
         for class in 0..u8::MAX {
             assert!(far(colour(class), colour(class + 1)), "{class}");
         }
-        assert_eq!((name(2), name(200)), (Some("ground"), None));
     }
 }

@@ -1,12 +1,10 @@
 //! `resample points`: a scan of points to one picture or several.
 //!
 //! [`OpenPoints`] checks the options before it reads the scan, and writes nothing before it has checked all input. `scan` reads the
-//! points and makes discs of the part that is drawn, `look` colours them, `framing` says what a picture has to show, and
-//! `classes` names classes.
+//! points, drops those outside the crop, and makes discs of the rest; `look` colours the discs; `classes` colours classes.
 
 pub(crate) mod scan;
-pub(crate) mod classes;
-mod framing;
+mod classes;
 mod look;
 
 use std::time::Instant;
@@ -16,13 +14,12 @@ use glam::DVec3;
 use resample_core::Camera;
 use resample_core::simd::SimdLevel;
 use serde_json::{Value, json};
-use warp3d::cloud::{CloudFrame, CloudOptions, CloudRenderer, LeftOut};
+use warp3d::cloud::{CloudFrame, CloudOptions, CloudRenderer, LeftOut, Shown};
 
 use crate::args::{Drawing, Given, PointsArgs, PointsRenderArgs};
 use crate::cameras::camera_path::KeyKind;
 use crate::cameras::framing::{Extent, Stance, seen_points};
 use crate::open::open_scene::{OpenScene, Parts};
-use crate::open::points::framing::Shown;
 use crate::open::points::look::Found;
 use crate::open::points::scan::{Positions, Scan};
 use crate::open::setting::Setting;
@@ -216,14 +213,6 @@ impl OpenScene for OpenPoints {
         Ok(true)
     }
 
-    fn turn_to(&mut self, _number: usize) -> Result<()> {
-        Ok(())
-    }
-
-    fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
-        drawn(&mut self.renderer, camera, &Window::whole(camera))
-    }
-
     fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
         drawn(&mut self.renderer, camera, window)
     }
@@ -295,7 +284,7 @@ impl OpenPoints {
     }
 }
 
-/// Discs of the part that is drawn, with their colours, and what a picture of them shows.
+/// A renderer of the coloured discs, the box that a picture has to show, and the colours that were chosen.
 fn prepared(
     scan: &mut Scan,
     args: &PointsArgs,

@@ -17,6 +17,7 @@ mod pcd;
 mod lines;
 mod text;
 mod format;
+mod classes;
 #[cfg(test)]
 mod test_files;
 
@@ -26,6 +27,7 @@ use resample_io::files::fault;
 
 use crate::Error;
 
+pub use classes::{class_colour, class_name};
 pub use file::{CloudFormat, CloudLoadOptions, PointCloudFile};
 pub use format::cloud_format_of;
 

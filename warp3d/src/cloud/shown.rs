@@ -2,7 +2,8 @@
 
 use glam::{DVec3, Vec3};
 use resample_core::narrow::{count, whole};
-use warp3d::cloud::Prepared;
+
+use crate::cloud::discs::prepare::Prepared;
 
 /// Share of the points at each end of an axis that may lie far away. A guess: birds and dust are fewer.
 const FAR_SHARE: f64 = 0.001;
@@ -14,18 +15,18 @@ const FAR: f32 = 0.5;
 const CELLS: f32 = 128.0;
 
 /// The part that a picture shows.
-pub(super) struct Shown {
+pub struct Shown {
     /// Two corners of the box, world units.
-    pub(super) bounds: [DVec3; 2],
+    pub bounds: [DVec3; 2],
     /// Points inside it that stand for all.
-    pub(super) points: Vec<DVec3>,
+    pub points: Vec<DVec3>,
     /// Points outside of it.
-    pub(super) far: usize,
+    pub far: usize,
 }
 
 impl Shown {
-    /// Of discs.
-    pub(super) fn of(prepared: &Prepared) -> Self {
+    /// The box of discs, and those that stand for all.
+    pub fn of(prepared: &Prepared) -> Self {
         let [low, high] = bounds(prepared);
         let origin = prepared.origin_in_world;
         let size = (high - low).max_element();
@@ -75,9 +76,9 @@ fn bounds(prepared: &Prepared) -> [Vec3; 2] {
 
 #[cfg(test)]
 mod tests {
-    use warp3d::cloud::{Floating, PointCloud, prepare_with};
-
     use super::*;
+    use crate::cloud::discs::prepare::{Floating, prepare_with};
+    use crate::cloud::points::PointCloud;
 
     #[test]
     fn a_few_far_points_do_not_move_the_box() {

@@ -3,7 +3,9 @@
 //! Takes Gaussians and their clip, gives a box in the world and points. Faint ones, and those outside the box, are not looked at.
 
 use glam::{DVec3, Vec3};
-use volsplat::{Clip, Gaussian, Gaussians};
+use resample_volume::{Gaussian, Gaussians};
+
+use crate::look::clip::Clip;
 
 /// The part of a scene that is looked at.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,7 +26,7 @@ const END: f32 = 1.5;
 const SEEN: f32 = 0.05;
 
 impl Outline {
-    /// The outline of what a clip keeps; `None` where it keeps no centre.
+    /// The outline of the Gaussians whose centres a clip keeps; `None` where it keeps no centre.
     pub fn of(gaussians: &Gaussians, clip: &Clip) -> Option<Self> {
         let centre_in_world =
             |index: usize| gaussians.origin_in_world + gaussians.centres()[index].as_dvec3();
@@ -81,10 +83,9 @@ fn ends(gaussian: &Gaussian) -> [DVec3; 6] {
 
 #[cfg(test)]
 mod tests {
-    use glam::Quat;
-    use volsplat::ClipPlane;
-
     use super::*;
+    use crate::look::clip::ClipPlane;
+    use glam::Quat;
 
     fn row() -> Gaussians {
         let mut all = Gaussians::with_capacity(0, 100);
