@@ -35,7 +35,7 @@ pub(crate) trait OpenScene: Any + Send + Sync {
 
     /// Returns true if a picture can be drawn in bands: the cost of a band follows its pixels.
     fn has_bands(&self) -> bool {
-        false
+        true
     }
 
     /// Draws with these options from now on.

@@ -61,6 +61,22 @@ pub struct RunStats {
     pub frames: Vec<WrittenFrame>,
 }
 
+impl RunStats {
+    /// Before the first picture; `settings` hold all options as they are used.
+    pub(crate) fn new(scene: Value, settings: Value, load_ms: f64) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            scene,
+            threads: rayon::current_num_threads(),
+            settings,
+            planned: None,
+            load_ms,
+            peak_bytes: None,
+            frames: Vec::new(),
+        }
+    }
+}
+
 /// One picture that was written.
 #[derive(Clone, Debug, Serialize)]
 pub struct WrittenFrame {
@@ -141,6 +157,13 @@ struct Listener(Option<Vec<String>>);
 impl Drop for Listener {
     fn drop(&mut self) {
         HEARD.set(self.0.take());
+    }
+}
+
+/// Prints remarks on a file, a line each, to stderr.
+pub(crate) fn say_notes<'a>(notes: impl IntoIterator<Item = &'a String>) {
+    for note in notes {
+        say(&format!("note: {note}"));
     }
 }
 

@@ -39,6 +39,7 @@ mod lanes;
 mod points;
 mod discs;
 mod shown;
+mod spacing;
 mod options;
 mod draw;
 mod renderer;
@@ -48,6 +49,7 @@ pub use options::{Blend, CloudOptions, Shade};
 pub use points::PointCloud;
 pub use renderer::{CloudFrame, CloudRenderer, CloudStats};
 pub use shown::Shown;
+pub use spacing::usual_spacing;
 
 #[cfg(test)]
 mod tests;

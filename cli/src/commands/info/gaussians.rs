@@ -5,7 +5,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 use volsplat::{BlendSpace, GaussianFormat, GaussianLoadOptions, Gaussians};
 
-use super::words::{Line, between, line, short};
+use super::words::{Line, between, line, short, sides};
 use crate::args::InfoArgs;
 use crate::process::report;
 
@@ -22,9 +22,7 @@ pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
         gate: args.volume.reading.gate(),
     };
     let (gaussians, notes) = volsplat::load_gaussians(path, &options)?;
-    notes
-        .iter()
-        .for_each(|note| report::say(&format!("note: {note}")));
+    report::say_notes(&notes);
     let of_all = gaussians.bounds_in_world(|_| true);
     let facts = Facts {
         format: volsplat::gaussian_format_of(path)?.context("no format")?,
@@ -72,15 +70,7 @@ impl Facts {
                 ),
             ),
             line("blended", format!("in {space}")),
-            line(
-                "extent",
-                format!(
-                    "{} x {} x {}, without floaters",
-                    short(size.x),
-                    short(size.y),
-                    short(size.z)
-                ),
-            ),
+            line("extent", sides(size) + ", without floaters"),
             line("", between(self.bounds)),
             line(
                 "median",
@@ -117,7 +107,7 @@ impl Facts {
     }
 }
 
-/// The middle one of some numbers; 0 where there are none.
+/// The median; 0 of no numbers.
 fn median(numbers: impl Iterator<Item = f64>) -> f64 {
     let mut numbers: Vec<f64> = numbers.collect();
     let middle = numbers.len() / 2;

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use texmap::input::{Animation, Format};
 use texmap::{LoadOptions, Loaded, Scene, input};
 
-use super::words::{Line, between, line, listed, short};
+use super::words::{Line, between, line, listed, short, sides};
 use crate::args::InfoArgs;
 use crate::process::report;
 
@@ -24,9 +24,7 @@ pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
         ..LoadOptions::default()
     };
     let Loaded { scene, notes } = texmap::load(path, &options)?;
-    notes
-        .iter()
-        .for_each(|note| report::say(&format!("note: {note}")));
+    report::say_notes(&notes);
     let contents = input::contents(path, &gate)?;
     let facts = Facts {
         format: input::format_of(path)?,
@@ -105,10 +103,7 @@ impl Facts {
             ));
         }
         lines.extend([
-            line(
-                "extent",
-                format!("{} x {} x {}", short(size.x), short(size.y), short(size.z)),
-            ),
+            line("extent", sides(size)),
             line("", between(self.corners)),
             line("units", self.units().unwrap_or("not stated by this format")),
         ]);

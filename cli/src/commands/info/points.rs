@@ -3,24 +3,18 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Result, anyhow};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use serde_json::{Value, json};
-use warp3d::cloud::{PointCloud, prepare};
+use warp3d::cloud::usual_spacing;
 use warp3d::input::clouds::{CloudLoadOptions, PointCloudFile, class_name, cloud_format_of, load};
 
-use super::words::{Line, between, line, short};
+use super::words::{Line, between, line, short, sides};
 use crate::args::InfoArgs;
 use crate::open::points::scan::span;
 use crate::process::report;
 
 /// Most memory of a picture over the points, bytes: measured with 5 million points that have all attributes of LAS, at 1920x1080.
 const POINT_BYTES: u64 = 210;
-
-/// Points around a place whose spacing is measured, of each of as many places.
-const PATCH: usize = 2000;
-
-/// Places whose spacing is measured.
-const PLACES: usize = 10;
 
 /// Reads the scan and describes it.
 pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
@@ -31,13 +25,11 @@ pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
     };
     let format = cloud_format_of(path)?.ok_or_else(|| anyhow!("{}: no scan", path.display()))?;
     let file = load(path, &options)?;
-    file.notes
-        .iter()
-        .for_each(|note| report::say(&format!("note: {note}")));
+    report::say_notes(&file.notes);
     let facts = Facts {
         format: format.name(),
         bounds: span(&file),
-        spacing: spacing(&file),
+        spacing: usual_spacing(&file.positions),
         classes: counts(&file),
         file,
     };
@@ -86,10 +78,7 @@ impl Facts {
             line("format", self.format),
             line("points", self.file.positions.len().to_string()),
             line("attributes", attributes),
-            line(
-                "extent",
-                format!("{} x {} x {}", short(size.x), short(size.y), short(size.z)),
-            ),
+            line("extent", sides(size)),
             line("", between(self.bounds)),
         ];
         if let Some(spacing) = self.spacing {
@@ -135,41 +124,4 @@ fn counts(file: &PointCloudFile) -> BTreeMap<u8, usize> {
         *counts.entry(class).or_insert(0) += 1;
     }
     counts
-}
-
-/// The median spacing around some places of the scan, from the order of the file.
-fn spacing(file: &PointCloudFile) -> Option<f64> {
-    let positions = &file.positions;
-    let mut all: Vec<f32> = Vec::new();
-    for place in 0..PLACES {
-        let centre = Vec3::from(positions[place * positions.len() / PLACES]);
-        all.extend(spacings_around(positions, centre));
-    }
-    let middle = all.len() / 2;
-    (!all.is_empty()).then(|| f64::from(*all.select_nth_unstable_by(middle, f32::total_cmp).1))
-}
-
-/// Spacings of the points that are nearest to a place.
-fn spacings_around(positions: &[[f32; 3]], centre: Vec3) -> Vec<f32> {
-    let mut near: Vec<(f32, u32)> = positions
-        .iter()
-        .zip(0..)
-        .map(|(&at, number)| (Vec3::from(at).distance_squared(centre), number))
-        .collect();
-    let count = PATCH.min(near.len());
-    if count < near.len() {
-        near.select_nth_unstable_by(count, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    }
-    let patch = near[..count]
-        .iter()
-        .map(|&(_, number)| positions[number as usize]);
-    let cloud = PointCloud {
-        origin_in_world: DVec3::ZERO,
-        positions: patch.collect(),
-        colours: vec![[0; 3]; count],
-    };
-    let discs = prepare(&cloud)
-        .map(|prepared| prepared.discs)
-        .unwrap_or_default();
-    discs.iter().map(|disc| disc.spacing).collect()
 }

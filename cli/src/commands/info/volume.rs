@@ -12,7 +12,7 @@ use volsplat::large::most_brick_bytes;
 use volsplat::transfer::Histogram;
 use volsplat::{Described, Lattice, LoadOptions, RenderOptions, VoxelType};
 
-use super::words::{Line, between, line, short};
+use super::words::{Line, between, line, short, sides};
 use crate::args::{InfoArgs, ReadingArgs};
 use crate::cameras::framing;
 use crate::open::volume::data::look_through;
@@ -181,10 +181,7 @@ impl Facts {
             line("size", format!("{x} x {y} x {z}, {} voxels", volume.len())),
             line("type", self.kind.name()),
             line("spacing", format!("{dx} x {dy} x {dz}")),
-            line(
-                "extent",
-                format!("{} x {} x {}", short(size.x), short(size.y), short(size.z)),
-            ),
+            line("extent", sides(size)),
             line("", between(self.corners)),
             line("axes", orientation(volume)),
             line("space", space.unwrap_or_else(|| "not named".to_owned())),

@@ -16,6 +16,12 @@ pub(super) fn between([low, high]: [DVec3; 2]) -> String {
     format!("x {}, y {}, z {}", along(0), along(1), along(2))
 }
 
+/// The sides of a box.
+pub(super) fn sides(size: DVec3) -> String {
+    let [x, y, z] = size.to_array().map(short);
+    format!("{x} x {y} x {z}")
+}
+
 /// Names with their count, the first ones where there are many.
 pub(super) fn listed(names: &[String]) -> String {
     /// More would not be read.

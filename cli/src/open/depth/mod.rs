@@ -77,6 +77,10 @@ impl OpenScene for OpenDepth {
         &self.ready.plan.finish.background
     }
 
+    fn has_bands(&self) -> bool {
+        false
+    }
+
     fn parts(&self) -> Parts {
         let is_filled = self.args.render.options.fill != Fill::None;
         // What fills a hole may come from anywhere on its rim.
@@ -128,20 +132,18 @@ impl OpenScene for OpenDepth {
         let shared = shared(&args, frames);
         let request = request(&args, &shared);
         let stats = RunStats {
-            version: env!("CARGO_PKG_VERSION"),
-            scene,
-            threads: rayon::current_num_threads(),
-            settings: record(
-                &args,
-                &args.render.options.options()?,
-                &request,
-                plan.finish.format,
-                drawer.convergence,
-            ),
             planned,
-            load_ms,
-            peak_bytes: None,
-            frames: Vec::new(),
+            ..RunStats::new(
+                scene,
+                record(
+                    &args,
+                    &args.render.options.options()?,
+                    &request,
+                    plan.finish.format,
+                    drawer.convergence,
+                ),
+                load_ms,
+            )
         };
         drawer.last = if has_planes(&args) {
             LastPicture::Kept(None)

@@ -56,10 +56,7 @@ impl OpenGaussians {
         let read = Read::of(&args, &plan)?;
         let load_ms = report::ms_since(start);
         if verbosity != Verbosity::Quiet {
-            let notes = read.notes.iter().cloned();
-            notes
-                .chain(axis_note(&args, read.format))
-                .for_each(|note| report::say(&format!("note: {note}")));
+            report::say_notes(read.notes.iter().chain(&axis_note(&args, read.format)));
         }
         let Read {
             gaussians,
@@ -118,10 +115,6 @@ impl OpenScene for OpenGaussians {
         }
     }
 
-    fn has_bands(&self) -> bool {
-        true
-    }
-
     fn set(&mut self, setting: &Setting) -> Result<()> {
         match setting {
             Setting::Gaussians(render) => self.draw_with(render),
@@ -170,19 +163,17 @@ impl OpenScene for OpenGaussians {
         let options = self.options()?;
         let request = request(&self.args);
         let stats = RunStats {
-            version: env!("CARGO_PKG_VERSION"),
-            scene: scene_record(&self.gaussians, self.format, &self.notes),
-            threads: rayon::current_num_threads(),
-            settings: record(
-                &self.args,
-                &request,
-                (&options, self.plan.finish.format),
-                stance(&self.args, self.format),
-            ),
             planned,
-            load_ms: self.load_ms,
-            peak_bytes: None,
-            frames: Vec::new(),
+            ..RunStats::new(
+                scene_record(&self.gaussians, self.format, &self.notes),
+                record(
+                    &self.args,
+                    &request,
+                    (&options, self.plan.finish.format),
+                    stance(&self.args, self.format),
+                ),
+                self.load_ms,
+            )
         };
         if log.verbosity == Verbosity::Verbose {
             report::say(&format!("load {:.1} ms", self.load_ms));

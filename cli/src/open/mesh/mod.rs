@@ -56,9 +56,7 @@ impl OpenMesh {
         let Loaded { scene, notes } = loaded(&args, 0, plan.gate())?;
         let load_ms = report::ms_since(start);
         if verbosity != Verbosity::Quiet {
-            notes
-                .iter()
-                .for_each(|note| report::say(&format!("note: {note}")));
+            report::say_notes(&notes);
         }
         let begun = Instant::now();
         let renderer = prepared(&scene, &args, &options)
@@ -124,10 +122,6 @@ impl OpenScene for OpenMesh {
             side_px: 16,
             guard_px: 0,
         }
-    }
-
-    fn has_bands(&self) -> bool {
-        true
     }
 
     fn set(&mut self, setting: &Setting) -> Result<()> {
@@ -202,14 +196,12 @@ impl OpenScene for OpenMesh {
         let request = request(&args);
         let options = render_options(&args.render.options, plan.finish.format)?;
         let stats = RunStats {
-            version: env!("CARGO_PKG_VERSION"),
-            scene: scene_record(&scene, &notes, prepare_ms),
-            threads: rayon::current_num_threads(),
-            settings: record(&args, &request, &options, plan.finish.format, stance(&args)),
             planned,
-            load_ms,
-            peak_bytes: None,
-            frames: Vec::new(),
+            ..RunStats::new(
+                scene_record(&scene, &notes, prepare_ms),
+                record(&args, &request, &options, plan.finish.format, stance(&args)),
+                load_ms,
+            )
         };
         // The renderer has its own copy of what it draws.
         drop(scene);

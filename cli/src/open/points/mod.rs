@@ -82,10 +82,7 @@ impl OpenPoints {
         open.cameras = open.cameras_of_args()?;
         open.draw_with(&open.args.render.clone())?;
         if verbosity != Verbosity::Quiet {
-            let notes = open.notes();
-            notes
-                .iter()
-                .for_each(|note| report::say(&format!("note: {note}")));
+            report::say_notes(&open.notes());
         }
         Ok(open)
     }
@@ -180,10 +177,6 @@ impl OpenScene for OpenPoints {
         }
     }
 
-    fn has_bands(&self) -> bool {
-        true
-    }
-
     fn set(&mut self, setting: &Setting) -> Result<()> {
         match setting {
             Setting::Points(render) => self.draw_with(render),
@@ -220,14 +213,8 @@ impl OpenScene for OpenPoints {
     fn finish(self: Box<Self>, planned: Option<Value>, log: RunLog) -> Result<()> {
         let options = self.options(&self.args.render.options);
         let stats = RunStats {
-            version: env!("CARGO_PKG_VERSION"),
-            scene: self.scene_record(),
-            threads: rayon::current_num_threads(),
-            settings: self.record(&options),
             planned,
-            load_ms: self.load_ms,
-            peak_bytes: None,
-            frames: Vec::new(),
+            ..RunStats::new(self.scene_record(), self.record(&options), self.load_ms)
         };
         if log.verbosity == Verbosity::Verbose {
             report::say(&format!(

@@ -139,28 +139,23 @@ impl OpenVolume {
     }
 
     fn stats_before_drawing(&self, request: &Request) -> RunStats {
-        RunStats {
-            version: env!("CARGO_PKG_VERSION"),
-            scene: json!({
+        RunStats::new(
+            json!({
                 "voxels": self.renderer.voxels(),
                 "non_transparent": self.renderer.non_transparent(),
                 "classify_ms": self.classify_ms,
                 "moving": self.motion.as_ref().map(key_motion::record),
                 "interpolation_residual": self.renderer.interpolation_residual(),
             }),
-            threads: rayon::current_num_threads(),
-            settings: record::record(
+            record::record(
                 &self.args,
                 request,
                 self.plan.finish.format,
                 &self.content.look,
                 self.content.first(),
             ),
-            planned: None,
-            load_ms: self.load_ms,
-            peak_bytes: None,
-            frames: Vec::new(),
-        }
+            self.load_ms,
+        )
     }
 }
 
