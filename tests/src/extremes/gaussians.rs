@@ -1,4 +1,4 @@
-//! 3-D Gaussians at extremes: needles and plates, the eye inside, opacity 1, far from the origin, numbers that are none.
+//! 3-D Gaussians at extremes: needles and plates, the eye inside, opacity 1, far from the origin, files with NaN.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -187,7 +187,7 @@ fn not_finite() -> Result<Vec<Row>> {
     let names =
         "x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3";
     let good = "0 0 0 1 1 1 2 -1 -1 -1 1 0 0 0";
-    // One number of each row that is none, and one that is none as soon as it is a length.
+    // Each row but the first two has one NaN; the second has a scale whose exponential is infinite.
     let mut lines = vec![good.to_owned(), good.replacen("-1", "1e30", 1)];
     let columns = names.split(' ').count();
     lines.extend((0..columns).map(|wrong| {

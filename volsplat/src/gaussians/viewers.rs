@@ -175,7 +175,7 @@ impl Footprints {
     }
 }
 
-/// The pixels of a tile while ellipses are laid over them, front to back.
+/// The pixels of a tile, on which ellipses are composited front to back.
 struct Canvas {
     first: [usize; 2],
     pixels: Vec<BlendPixel>,

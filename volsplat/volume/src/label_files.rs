@@ -19,7 +19,7 @@ impl LabelTable {
     /// Reads a table: a label file of ITK-SNAP, CSV (label, red, green, blue from 0 to 255, and opacity from 0 to 1 if
     /// wanted), or JSON (`{"1": "#ff8000", "2": {"colour": "#00ff00", "opacity": 0.3}}`); the content decides which.
     ///
-    /// Errors name the file, the line or the key, and what was expected.
+    /// An error names the file, its line or key, and the expected form.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let read = |source| Error::Read {
             path: path.to_owned(),

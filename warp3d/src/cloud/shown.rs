@@ -1,4 +1,4 @@
-//! The part of the points that a picture has to show: a box that a few far points do not blow up, and some points that stand for all.
+//! The extent of a scan, for framing: its box without far points, and a sample of the discs inside it.
 
 use glam::{DVec3, Vec3};
 use resample_core::narrow::{count, whole};
@@ -14,7 +14,7 @@ const FAR: f32 = 0.5;
 /// Cells along the longest side, of each of which one point stands for all: a cell is less than two pixels of a picture of 200.
 const CELLS: f32 = 128.0;
 
-/// The part that a picture shows.
+/// The extent of a scan, for framing.
 pub struct Shown {
     /// Two corners of the box, world units.
     pub bounds: [DVec3; 2],

@@ -23,18 +23,18 @@ fn pose(position: DVec3, target: DVec3) -> LookAt {
 /// A camera 3.2 units from the origin, which lies a little aside of the axis of a plane.
 fn camera() -> Camera {
     let pose = pose(DVec3::new(0.6, -0.8, -3.0), DVec3::ZERO);
-    Camera::perspective(&pose, 0.9, [256, 192]).unwrap()
+    Camera::perspective(&pose, 0.9, [256, 192]).expect("a camera")
 }
 
 fn parallel() -> Camera {
     let pose = pose(DVec3::new(0.6, -0.8, -3.0), DVec3::ZERO);
-    Camera::orthographic(&pose, 2.8, [256, 192]).unwrap()
+    Camera::orthographic(&pose, 2.8, [256, 192]).expect("a camera")
 }
 
 fn drawn(cloud: &PointCloud, camera: &Camera, options: &CloudOptions) -> CloudFrame {
-    let prepared = prepare(cloud).unwrap();
-    let mut renderer = CloudRenderer::new(prepared, options).unwrap();
-    renderer.render(camera).unwrap()
+    let prepared = prepare(cloud).expect("points");
+    let mut renderer = CloudRenderer::new(prepared, options).expect("options");
+    renderer.render(camera).expect("a frame")
 }
 
 fn measured(shape: Shape, per_px: f64, camera: &Camera, blend: Blend) -> Found {
@@ -209,7 +209,7 @@ fn flying_pixels_are_left_out() {
         ]);
         cloud.colours.push([0, 0, 0]);
     }
-    let prepared = prepare(&cloud).unwrap();
+    let prepared = prepare(&cloud).expect("points");
     println!("{:?} of 50 are isolated", prepared.left_out);
     assert!(
         (45..=60).contains(&prepared.left_out.isolated),
@@ -230,7 +230,7 @@ fn dust_is_left_out_and_a_sparse_surface_stays() {
         .collect();
     positions.extend((0..200).map(|_| place([0.0, 0.0, 5.0], [20.0, 20.0, 15.0])));
     positions.extend((0..600).map(|_| place([30.0, 0.0, 0.0], [60.0, 20.0, 0.0])));
-    let prepared = prepare(&of_places(positions)).unwrap();
+    let prepared = prepare(&of_places(positions)).expect("points");
     let above = prepared.discs.iter().filter(|disc| disc.position[2] > 2.0);
     let (above, beside) = (
         above.count(),
@@ -257,7 +257,7 @@ fn depth_is_that_of_the_surface() {
         &CloudOptions::default(),
     )
     .image;
-    let depth = image.depth.unwrap();
+    let depth = image.depth.expect("depth");
     // The sphere's front lies one radius before its middle.
     let expected = DVec3::new(0.6, -0.8, -3.0).length() - 1.0;
     let found = f64::from(depth[96 * 256 + 128]);
@@ -279,7 +279,7 @@ fn threads_do_not_change_the_bytes() {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
-            .unwrap();
+            .expect("threads");
         pool.install(|| drawn(&cloud, &camera(), &CloudOptions::default()).image)
     };
     assert!(
@@ -317,7 +317,7 @@ fn bad_clouds_are_refused() {
         sigma_spacings: f64::NAN,
         ..CloudOptions::default()
     };
-    let prepared = prepare(&of_places(vec![[0.0; 3]])).unwrap();
+    let prepared = prepare(&of_places(vec![[0.0; 3]])).expect("a point");
     assert!(CloudRenderer::new(prepared, &options).is_err());
 }
 
@@ -360,7 +360,7 @@ fn an_offset_of_1e7_changes_nothing_that_can_be_seen() {
         ..near.clone()
     };
     let moved = pose(DVec3::new(0.6, -0.8, -3.0) + offset, offset);
-    let moved = Camera::perspective(&moved, 0.9, [256, 192]).unwrap();
+    let moved = Camera::perspective(&moved, 0.9, [256, 192]).expect("a camera");
     let options = CloudOptions::default();
     let (near, far) = (
         drawn(&near, &camera(), &options),
@@ -389,10 +389,10 @@ fn points_across_the_eye_plane_draw_those_in_front() {
     ] {
         for height in [64, 192] {
             let pose = pose(position, position + DVec3::Z);
-            let camera = Camera::perspective(&pose, 1.2, [256, height]).unwrap();
+            let camera = Camera::perspective(&pose, 1.2, [256, height]).expect("a camera");
             let image = drawn(&floor, &camera, &CloudOptions::default()).image;
             assert!(image.rgba.iter().flatten().all(|c| (0.0..=1.0).contains(c)));
-            let depth = image.depth.unwrap();
+            let depth = image.depth.expect("depth");
             assert!(depth.iter().all(|d| *d > 0.0), "at {position}");
         }
     }
@@ -407,29 +407,30 @@ fn times_of_five_million_points() {
         waves: WAVES,
     };
     let first = pose(DVec3::new(0.6, -0.8, -3.0), DVec3::ZERO);
-    let camera = Camera::perspective(&first, 0.62, [1920, 1080]).unwrap();
+    let camera = Camera::perspective(&first, 0.62, [1920, 1080]).expect("a camera");
     let per_px = 5e6 / scene.sampled(1.0, &camera).positions.len() as f64;
     let cloud = scene.sampled(per_px, &camera);
     for threads in [2, 1] {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
-            .unwrap();
+            .expect("threads");
         pool.install(|| {
             let clock = StageClock::start();
-            let prepared = prepare(&cloud).unwrap();
+            let prepared = prepare(&cloud).expect("points");
             println!(
                 "{threads} threads: {} points prepared in {:?}",
                 cloud.positions.len(),
                 clock.stop()
             );
-            let mut renderer = CloudRenderer::new(prepared, &CloudOptions::default()).unwrap();
+            let mut renderer =
+                CloudRenderer::new(prepared, &CloudOptions::default()).expect("options");
             for step in 0..3 {
                 // Another camera each time: what is listed for one is kept.
                 let eye = DVec3::new(0.6 + 0.001 * f64::from(step), -0.8, -3.0);
-                let camera =
-                    Camera::perspective(&pose(eye, DVec3::ZERO), 0.62, [1920, 1080]).unwrap();
-                let stats = renderer.render(&camera).unwrap().stats;
+                let camera = Camera::perspective(&pose(eye, DVec3::ZERO), 0.62, [1920, 1080])
+                    .expect("a camera");
+                let stats = renderer.render(&camera).expect("a frame").stats;
                 println!(
                     "project {:?}, draw {:?}, {} pixels",
                     stats.project, stats.draw, stats.seen
@@ -450,6 +451,6 @@ fn save(image: &Image, name: &str) {
         let mut bytes = format!("P6 {} {} 255\n", image.width, image.height).into_bytes();
         let image = image.clone().over_background([0.1, 0.0, 0.2]);
         bytes.extend(image.srgb8().concat());
-        std::fs::write(format!("{folder}/{name}.ppm"), bytes).unwrap();
+        std::fs::write(format!("{folder}/{name}.ppm"), bytes).expect("a file");
     }
 }

@@ -1,7 +1,7 @@
 //! Values of points become colours.
 //!
-//! Takes what a file says of its points and the discs made of them, colours the discs. Ranges are those that all but 2 % of the
-//! points at each end lie in, so that a few strong returns do not take the colours from the rest.
+//! Takes the attributes of a file's points and a renderer of their discs, and colours the discs. A colour map runs from the 2nd to the
+//! 98th percentile, so that a few strong returns do not take the colours from the rest.
 
 use anyhow::{Result, bail};
 use glam::{DVec3, Vec3};

@@ -41,7 +41,7 @@ impl Cell {
         self.count = 0;
         let mut corner = corners[count - 1];
         let mut here = most - corner.dot(across);
-        // Each side ends at a corner: what is cut from the side comes before it.
+        // A cut meets the side that leads to a corner before the corner itself.
         for &next in corners {
             let there = most - next.dot(across);
             if (here >= 0.0) != (there >= 0.0) {

@@ -226,60 +226,74 @@ fn projected<S: Simd>(simd: S, view: &View, first: [usize; 2], discs: &Gathered)
     let stretch = (length / inclined).min(splat(MOST_STRETCH));
     let behind = stretch * single(view.options.depth_tolerance_spacings);
     let tolerance = behind.mul_add(spacing, load(&discs.thickness) * THICKNESS_SIGMAS);
-    let farthest_block = (TILE_PX / BLOCK_PX - 1) as f32;
+    let [disc_box, blend_box] = footprint_boxes(simd, &at, [&ellipse, &blurred], grown);
+    let seen = z.simd_gt(splat(view.near)) & blurred.is_usable(simd) & ellipse.is_usable(simd);
+    let seen = seen & weight.simd_lt(splat(f32::INFINITY));
+    let light = light(simd, view, (&ray, length), &normal);
+    Projected {
+        seen: seen.to_bitmask(),
+        at: [lanes(at[0]), lanes(at[1])],
+        z: lanes(z),
+        depths: [lanes(nearest), lanes(z + half_depth)],
+        tolerance: lanes(tolerance),
+        slope: [lanes(slope[0]), lanes(slope[1])],
+        gaussian: inverse(simd, &blurred),
+        disc: inverse(simd, &ellipse),
+        cut: [lanes(cut[0]), lanes(cut[1])],
+        weight: lanes(weight),
+        light: lanes(light),
+        disc_box,
+        blend_box,
+    }
+}
+
+/// First and last column and row of the pixels that a disc covers, the last exclusive, from the apron's first; and of the blocks that
+/// its blend reaches. Covariances are those of the disc and of the blend; `grown` makes up for the disc's nearer side.
+#[inline(always)]
+fn footprint_boxes<S: Simd>(
+    simd: S,
+    at: &[f32x16<S>; 2],
+    [ellipse, blurred]: [&Covariance<S>; 2],
+    grown: f32x16<S>,
+) -> [[[u32; LANES]; 4]; 2] {
+    let splat = |value: f32| f32x16::splat(simd, value);
+    let whole = |v: f32x16<S>, to: &mut [u32; LANES]| v.to_int::<u32x16<S>>().store_slice(to);
+    let (zero, most) = (splat(0.0), splat(MOST_REACH_PX));
+    let side = splat((TILE_PX + 2 * APRON_PX) as f32);
+    let blocks = splat((TILE_PX / BLOCK_PX) as f32);
     let mut boxes = [[[0; LANES]; 4]; 2];
     for axis in 0..2 {
-        let most = splat(MOST_REACH_PX);
         let disc = (ellipse.matrix[2 * axis].sqrt() * grown).min(most);
         let blend = (blurred.matrix[2 * axis].sqrt() * grown * single(REACH_SIGMAS)).min(most);
-        let side = splat((TILE_PX + 2 * APRON_PX) as f32);
         // Pixels whose centres lie within, counted from the apron's first.
         let low = (at[axis] - disc - 0.5).ceil() + APRON_PX as f32;
         let high = (at[axis] + disc - 0.5).floor() + (APRON_PX + 1) as f32;
-        let whole = |v: f32x16<S>, to: &mut [u32; LANES]| v.to_int::<u32x16<S>>().store_slice(to);
         whole(low.max(zero).min(side), &mut boxes[0][axis]);
         whole(high.max(zero).min(side), &mut boxes[0][axis + 2]);
         let per_block = 1.0 / BLOCK_PX as f32;
         let low = ((at[axis] - blend - 0.5).ceil() * per_block).floor();
         let high = ((at[axis] + blend - 0.5).floor() * per_block).floor();
         // One that ends before the tile has its first block after its last.
-        let low = high
-            .simd_lt(zero)
-            .select(splat(4.0), low.max(zero).min(splat(4.0)));
+        let low = high.simd_lt(zero).select(blocks, low.max(zero).min(blocks));
         whole(low, &mut boxes[1][axis]);
-        whole(
-            high.max(zero).min(splat(farthest_block)),
-            &mut boxes[1][axis + 2],
-        );
+        whole(high.max(zero).min(blocks - 1.0), &mut boxes[1][axis + 2]);
     }
-    let seen = z.simd_gt(splat(view.near)) & blurred.is_usable(simd) & ellipse.is_usable(simd);
-    let seen = seen & weight.simd_lt(splat(f32::INFINITY));
-    let light = light(simd, view, (&ray, length), &normal);
-    let put = |value: f32x16<S>| {
-        let mut lanes = [0.0; LANES];
-        value.store_slice(&mut lanes);
-        lanes
-    };
-    let forms = |c: &Covariance<S>| {
-        let over = one / c.determinant;
-        let [xx, xy, yy] = c.matrix;
-        [put(yy * over), put(xy * over * -2.0), put(xx * over)]
-    };
-    Projected {
-        seen: seen.to_bitmask(),
-        at: [put(at[0]), put(at[1])],
-        z: put(z),
-        depths: [put(nearest), put(z + half_depth)],
-        tolerance: put(tolerance),
-        slope: [put(slope[0]), put(slope[1])],
-        gaussian: forms(&blurred),
-        disc: forms(&ellipse),
-        cut: [put(cut[0]), put(cut[1])],
-        weight: put(weight),
-        light: put(light),
-        disc_box: boxes[0],
-        blend_box: boxes[1],
-    }
+    boxes
+}
+
+#[inline(always)]
+fn lanes<S: Simd>(value: f32x16<S>) -> Lanes {
+    let mut lanes = [0.0; LANES];
+    value.store_slice(&mut lanes);
+    lanes
+}
+
+/// The inverse of a covariance: of x^2, xy and y^2.
+#[inline(always)]
+fn inverse<S: Simd>(simd: S, c: &Covariance<S>) -> [Lanes; 3] {
+    let over = f32x16::splat(simd, 1.0) / c.determinant;
+    let [xx, xy, yy] = c.matrix;
+    [lanes(yy * over), lanes(xy * over * -2.0), lanes(xx * over)]
 }
 
 /// The light on discs; their normals are turned to the eye.
