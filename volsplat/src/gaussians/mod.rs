@@ -3,7 +3,7 @@
 //! Takes [`Gaussians`], [`GaussianOptions`] and a camera, returns a picture. `project` puts the Gaussians in view into camera space
 //! and lists them by tile; `tile` sorts a list by where the Gaussians begin; `ray_form` turns each into polynomials of the pixel;
 //! `block` sums 4x4 pixels at a time front to back; `profile` has the functions of one Gaussian along a ray. `viewers` draws them
-//! as other viewers do, to compare pictures with.
+//! as other viewers do, to compare pictures with. `outline` measures the visible part, for framing.
 //!
 //! The optical depth of a Gaussian on a ray is -ln(1 - opacity G), with G its value at the ray's closest approach in standard
 //! deviations; it is spread along the ray by a parabola with the Gaussian's mean and standard deviation there. So one alone has the

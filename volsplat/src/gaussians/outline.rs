@@ -1,4 +1,4 @@
-//! How 3-D Gaussians are framed: their box without floaters, and the ends of those that stand for all.
+//! The extent of the visible Gaussians, for framing: a box without floaters, and the ends of a sample of them.
 //!
 //! Takes Gaussians and their clip, gives a box in the world and points. Faint ones, and those outside the box, are not looked at.
 

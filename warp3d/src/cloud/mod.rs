@@ -2,7 +2,8 @@
 //!
 //! Takes a [`PointCloud`] (positions and sRGB colours in any order), returns for each camera a linear premultiplied picture
 //! with depth. In the order in which data flow: `points` checks the points; `discs` makes a disc of each point and leaves out flying
-//! pixels; `draw` puts discs on the screen, tile by tile; `renderer` drives it all; `lanes` are the vectors of both.
+//! pixels; `outline` and `spacing` measure a scan for framing and for people; `draw` puts discs on the screen, tile by tile; `renderer`
+//! drives it all; `lanes` are the vectors of both.
 //!
 //! The method is that of surface splats: discs in the tangent planes of their points (Zwicker et al., "Surface splatting",
 //! 2001), met by each pixel's ray with exact perspective (Botsch et al., "High-quality surface splatting on today's GPUs",
@@ -38,7 +39,7 @@
 mod lanes;
 mod points;
 mod discs;
-mod shown;
+mod outline;
 mod spacing;
 mod options;
 mod draw;
@@ -46,9 +47,9 @@ mod renderer;
 
 pub use discs::prepare::{Disc, Floating, LeftOut, Prepared, prepare, prepare_bytes, prepare_with};
 pub use options::{Blend, CloudOptions, Shade};
+pub use outline::CloudOutline;
 pub use points::PointCloud;
 pub use renderer::{CloudFrame, CloudRenderer, CloudStats};
-pub use shown::Shown;
 pub use spacing::usual_spacing;
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use glam::DVec3;
 use resample_core::Camera;
 use resample_core::simd::SimdLevel;
 use serde_json::{Value, json};
-use warp3d::cloud::{CloudFrame, CloudOptions, CloudRenderer, LeftOut, Shown};
+use warp3d::cloud::{CloudFrame, CloudOptions, CloudOutline, CloudRenderer, LeftOut};
 
 use crate::args::{Drawing, Given, PointsArgs, PointsRenderArgs};
 use crate::cameras::camera_path::KeyKind;
@@ -40,7 +40,7 @@ pub(crate) struct OpenPoints {
     positions: Positions,
     renderer: CloudRenderer,
     found: Found,
-    shown: Shown,
+    outline: CloudOutline,
     cameras: Vec<Camera>,
     load_ms: f64,
     prepare_ms: f64,
@@ -65,7 +65,7 @@ impl OpenPoints {
             Purpose::Change => Positions::Kept,
         };
         let begun = Instant::now();
-        let (renderer, shown, found) = prepared(&mut scan, &args, &plan, positions)?;
+        let (renderer, outline, found) = prepared(&mut scan, &args, &plan, positions)?;
         let prepare_ms = report::ms_since(begun);
         let mut open = Self {
             cameras: Vec::new(),
@@ -75,7 +75,7 @@ impl OpenPoints {
             positions,
             renderer,
             found,
-            shown,
+            outline,
             load_ms,
             prepare_ms,
         };
@@ -113,14 +113,14 @@ impl OpenPoints {
             self.found = look::colour(&mut self.renderer, look, file, up)?;
         } else {
             let all = prepared(&mut self.scan, &self.args, &self.plan, self.positions)?;
-            (self.renderer, self.shown, self.found) = all;
+            (self.renderer, self.outline, self.found) = all;
         }
         self.draw_with(&self.args.render.clone())
     }
 
     fn cameras_of_args(&self) -> Result<Vec<Camera>> {
-        let points = || self.shown.points.iter().copied();
-        let extent = Extent::of_points(self.shown.bounds, points());
+        let points = || self.outline.points.iter().copied();
+        let extent = Extent::of_points(self.outline.bounds, points());
         let mut measure = |camera: &Camera| Ok(seen_points(camera, points()));
         let stance = stance(&self.args, &self.scan);
         self.plan
@@ -134,10 +134,10 @@ impl OpenPoints {
             self.scan.points,
             self.renderer.prepared().left_out,
         ));
-        if self.shown.far > 0 {
+        if self.outline.far > 0 {
             notes.push(format!(
                 "{} points lie far beyond the others: the camera does not move back for them; --crop leaves them out",
-                self.shown.far
+                self.outline.far
             ));
         }
         let camera = &self.args.camera;
@@ -166,7 +166,7 @@ impl OpenScene for OpenPoints {
     }
 
     fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
-        Some(self.shown.bounds)
+        Some(self.outline.bounds)
     }
 
     fn parts(&self) -> Parts {
@@ -277,13 +277,13 @@ fn prepared(
     args: &PointsArgs,
     plan: &Plan,
     positions: Positions,
-) -> Result<(CloudRenderer, Shown, Found)> {
+) -> Result<(CloudRenderer, CloudOutline, Found)> {
     let discs = scan.prepared(args, plan.gate(), positions)?;
-    let shown = Shown::of(&discs);
+    let outline = CloudOutline::of(&discs);
     let mut renderer = CloudRenderer::new(discs, &plain_options(&args.render.options))?;
     let up = height_axis(args, scan);
     let found = look::colour(&mut renderer, &args.look, &scan.file, up)?;
-    Ok((renderer, shown, found))
+    Ok((renderer, outline, found))
 }
 
 /// The options before the colours are known.

@@ -16,7 +16,7 @@ use crate::Error;
 use crate::cloud::discs::cells::{MOST_NEIGHBOURS, Nearest, Place, Tree};
 use crate::cloud::discs::crowd::{Crowd, NEAR, RING};
 use crate::cloud::discs::fit::{Plane, plane};
-use crate::cloud::discs::outline::{Side, sides};
+use crate::cloud::discs::hull::{Side, sides};
 use crate::cloud::discs::rows::{self, Limits, Row};
 use crate::cloud::discs::voronoi::Cell;
 use crate::cloud::lanes::LANES;

@@ -15,7 +15,7 @@ const FAR: f32 = 0.5;
 const CELLS: f32 = 128.0;
 
 /// The extent of a scan, for framing.
-pub struct Shown {
+pub struct CloudOutline {
     /// Two corners of the box, world units.
     pub bounds: [DVec3; 2],
     /// Points inside it that stand for all.
@@ -24,7 +24,7 @@ pub struct Shown {
     pub far: usize,
 }
 
-impl Shown {
+impl CloudOutline {
     /// The box of discs, and those that stand for all.
     pub fn of(prepared: &Prepared) -> Self {
         let [low, high] = bounds(prepared);
@@ -93,7 +93,7 @@ mod tests {
             positions,
         };
         let prepared = prepare_with(&cloud, Floating::Kept).expect("points");
-        let shown = Shown::of(&prepared);
+        let shown = CloudOutline::of(&prepared);
         assert_eq!(shown.far, 8);
         assert_eq!(shown.bounds[1] - 1e6, DVec3::new(99.0, 99.0, 0.0));
         assert_eq!(
