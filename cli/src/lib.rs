@@ -74,7 +74,7 @@ pub fn run() -> ExitCode {
     let is_command = |word: &str| word == "help" || Cli::command().find_subcommand(word).is_some();
     let words = std::env::args_os().collect();
     let words = content::with_command(words, is_command)
-        .map(content::of_gaussians)
+        .map(content::of_content)
         .and_then(listed_slices::as_pattern);
     let words = match words {
         Ok(words) => words,

@@ -9,7 +9,8 @@ use resample_tests::gaussians::scenes::{Numbers, ball, camera, knot};
 use resample_tests::gaussians::twin::GaussianTwin;
 use resample_tests::gaussians::viewers::ViewerTwin;
 use volsplat::{
-    Clip, ClipPlane, Gaussian, GaussianModel, GaussianOptions, GaussianRenderer, Gaussians,
+    Clip, ClipPlane, DepthPlane, Gaussian, GaussianLayer, GaussianModel, GaussianOptions,
+    GaussianRenderer, Gaussians, PixelSamples,
 };
 
 fn drawn(gaussians: &Arc<Gaussians>, camera: &Camera) -> Image {
@@ -292,4 +293,37 @@ fn nothing_pops_while_the_view_turns() {
     let sorted = turn.jumps(&knot, &by_centre);
     println!("by centre: {:?}", sorted[0]);
     assert!(sorted[0].size > 1.0 / 255.0, "{:?}", sorted[0]);
+}
+
+#[test]
+fn depths_are_those_of_the_gaussians_that_take_the_light() {
+    let mut two = Gaussians::default();
+    for (z, opacity) in [(1.0, 0.3), (-1.0, 0.9)] {
+        let gaussian = Gaussian {
+            centre: Vec3::new(0.0, 0.0, z),
+            rotation: Quat::IDENTITY,
+            scales: Vec3::new(0.5, 0.5, 0.01),
+            opacity,
+            colour: Vec3::ONE,
+        };
+        two.push(&gaussian, &[]).expect("finite numbers");
+    }
+    let camera = camera(DVec3::new(0.0, 0.0, 5.0), 40.0, [33, 33]);
+    for samples in [PixelSamples::One, PixelSamples::Four] {
+        let options = GaussianOptions {
+            samples,
+            depth: DepthPlane::Expected,
+            layers: vec![GaussianLayer::MedianDepth],
+            ..GaussianOptions::default()
+        };
+        let mut renderer = GaussianRenderer::new(Arc::new(two.clone()), &options).expect("options");
+        let image = renderer.render(&camera).expect("a frame").image;
+        let median = &image.planes[0].values;
+        assert!((median[16 * 33 + 16] - 6.0).abs() < 0.05, "{samples:?}");
+        assert_eq!(
+            median[0],
+            f32::INFINITY,
+            "{samples:?}: little is lost there"
+        );
+    }
 }

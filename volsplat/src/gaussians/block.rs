@@ -4,7 +4,7 @@
 //! composited as one. The order inside a slab is lost except for the moments, so a slab ends where the colours that it would mix
 //! differ by too much, weighted by the light that reaches it: M sqrt(V) T <= error, with the optical depth M of the slab
 //! (the geometric mean of the block's mean and greatest), the variance V of its colours by optical depth, and the transmittance T before it. A Gaussian alone takes one slab, and so do
-//! many of one colour.
+//! many of one colour, unless depth is asked for.
 
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
@@ -31,6 +31,16 @@ pub(crate) struct BlockSettings {
     pub(crate) slab_error: f32,
     /// A block ends where the transmittance of all its pixels is below this.
     pub(crate) min_transmittance: f32,
+    /// Longest slab, as a share of its camera z; absent where no depth is asked for.
+    pub(crate) longest: Option<f32>,
+}
+
+impl BlockSettings {
+    /// The farthest end of a slab that begins at `z0`.
+    fn farthest(&self, z0: f32) -> f32 {
+        self.longest
+            .map_or(f32::INFINITY, |share| z0 + share * z0.abs())
+    }
 }
 
 /// The rays of a block.
@@ -63,7 +73,6 @@ pub(crate) struct BlockWork {
     pub(crate) met: u64,
     /// Gaussians times slabs.
     pub(crate) summed: u64,
-    pub(crate) slabs: u64,
 }
 
 /// The Gaussians of a tile in the order in which they begin.
@@ -307,7 +316,12 @@ pub(crate) fn draw<S: Simd>(
             let Some((form, begin)) = forms.of_block(block, at) else {
                 break f32::INFINITY;
             };
-            if taken % TAKEN_AT_ONCE == 0 && active.mixing(simd, z0, begin) >= most {
+            if active.len == 0 {
+                // Nothing lies before it.
+                z0 = z0.max(begin);
+            }
+            let is_asked = taken % TAKEN_AT_ONCE == 0;
+            if begin > settings.farthest(z0) || is_asked && active.mixing(simd, z0, begin) >= most {
                 break begin;
             }
             taken += 1;
@@ -322,9 +336,9 @@ pub(crate) fn draw<S: Simd>(
         } else {
             active.last_end()
         };
+        let limit = limit.min(settings.farthest(z0));
         let z1 = active.slab_end(simd, z0, limit, most).max(above(z0));
         pixels.add(simd, [z0, z1], rays, active);
-        work.slabs += 1;
         work.summed += active.len as u64;
         active.retire(simd, z1);
         z0 = z1;

@@ -24,7 +24,7 @@ pub struct GaussianOptions {
     pub clip: Clip,
     /// A pixel is left alone once its transmittance is below this, 0..1.
     pub min_transmittance: f32,
-    /// The depth plane of the picture.
+    /// The depth plane of the picture. Depths take slabs of at most 1/256 of their distance.
     pub depth: DepthPlane,
     /// Further planes of the picture.
     pub layers: Vec<GaussianLayer>,
@@ -115,6 +115,11 @@ impl Default for GaussianOptions {
 }
 
 impl GaussianOptions {
+    /// Returns true if a plane holds depths.
+    pub(crate) fn has_depth(&self) -> bool {
+        self.depth != DepthPlane::None || !self.layers.is_empty()
+    }
+
     /// Checks every number against its range.
     pub fn validate(&self) -> Result<(), Error> {
         self.clip.validate()?;

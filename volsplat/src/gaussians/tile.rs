@@ -29,6 +29,9 @@ const SAMPLE_SIGMA_PX: f64 = 0.2;
 /// Offset of four samples from a pixel's centre along x and y, px: sqrt(0.5^2 - 0.2^2), the nodes of a Gauss-Hermite rule.
 const SAMPLE_OFFSET_PX: f64 = 0.458_257_569_495_584;
 
+/// Longest slab where depth is asked for, as a share of its camera z: inside a slab all light is at one depth.
+const LONGEST_WITH_DEPTH: f32 = 1.0 / 256.0;
+
 /// Gaussians that are made ready at a time: what lies behind an opaque tile is never looked at.
 const BATCH: usize = 32;
 
@@ -46,8 +49,10 @@ pub(crate) struct BlendPixel {
     pub(crate) rgba: [f32; 4],
     /// Camera z times opacity.
     pub(crate) depth: f32,
-    /// Camera z at which half of the light is lost.
+    /// Camera z at which half of the light is lost, times the share of the pixel's samples in which it is.
     pub(crate) median: f32,
+    /// That share.
+    pub(crate) halved: f32,
 }
 
 /// Storage that a task reuses from tile to tile.
@@ -218,6 +223,7 @@ fn draw_blocks<S: Simd>(
     let settings = BlockSettings {
         slab_error: job.options.slab_error,
         min_transmittance: job.options.min_transmittance,
+        longest: job.options.has_depth().then_some(LONGEST_WITH_DEPTH),
     };
     let TileScratch {
         list,
@@ -292,6 +298,9 @@ fn lay(pixels: &mut [BlendPixel], block: usize, drawn: &BlockPixels, share: f32)
         }
         pixel.rgba[3] += share * (1.0 - drawn.transmittance[lane]);
         pixel.depth += share * drawn.depth[lane];
-        pixel.median += share * drawn.median[lane];
+        if drawn.median[lane] < f32::INFINITY {
+            pixel.median += share * drawn.median[lane];
+            pixel.halved += share;
+        }
     }
 }

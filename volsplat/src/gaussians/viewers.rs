@@ -185,13 +185,9 @@ struct Canvas {
 
 impl Canvas {
     fn new(first: [usize; 2]) -> Self {
-        let empty = BlendPixel {
-            median: f32::INFINITY,
-            ..BlendPixel::default()
-        };
         Self {
             first,
-            pixels: vec![empty; TILE_AREA],
+            pixels: vec![BlendPixel::default(); TILE_AREA],
             transmittances: [1.0; TILE_AREA],
             ended: [false; TILE_AREA],
         }
@@ -233,7 +229,7 @@ impl Canvas {
         }
         pixel.depth += weight * footprint.z;
         if before > 0.5 && after <= 0.5 {
-            pixel.median = footprint.z;
+            (pixel.median, pixel.halved) = (footprint.z, 1.0);
         }
         self.transmittances[at] = after;
         self.ended[at] = after < rules.min_transmittance;

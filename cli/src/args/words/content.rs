@@ -170,7 +170,7 @@ pub(crate) fn with_command(
     };
     let word = words[at].to_string_lossy().into_owned();
     if is_command(&word) {
-        return Ok(of_scan(words, at));
+        return Ok(words);
     }
     let path: PathBuf = InputFile::of(words[at].clone()).path;
     let is_there = path.exists() || word.contains(['*', '?']);
@@ -186,61 +186,58 @@ pub(crate) fn with_command(
     Ok(own.chain(command).chain(of_scene).collect())
 }
 
-/// A warp, or the measurement of one, of a single file that is a scan: the command that draws scans, whose camera is `--camera`.
-fn of_scan(mut words: Vec<OsString>, at: usize) -> Vec<OsString> {
-    let is_measured = words[at] == "trade";
-    let at = at + usize::from(is_measured);
-    if words.get(at).is_none_or(|word| word != "warp3d") {
-        return words;
-    }
-    let is_name = |word: &&OsString| !word.to_string_lossy().starts_with('-');
-    let names: Vec<&OsString> = words[at + 1..].iter().take_while(is_name).collect();
-    let [name] = names[..] else {
+/// The words of this process, with the command that draws what the one file holds in place of the one that was typed: `gaussians` for
+/// `volsplat` and `points` for `warp3d`, also behind `trade`.
+pub(crate) fn of_content(mut words: Vec<OsString>) -> Vec<OsString> {
+    let Some(first) = first_name(&words) else {
         return words;
     };
-    if !matches!(Content::of(Path::new(name)), Ok(Content::Points)) {
+    let command = first + usize::from(words[first] == "trade");
+    let typed = words.get(command).and_then(|word| word.to_str());
+    let (content, application) = match typed {
+        Some("volsplat") => (Content::Gaussians, Application::Gaussians),
+        Some("warp3d") => (Content::Points, Application::Points),
+        _ => return words,
+    };
+    let behind = &words[command + 1..];
+    let is_headerless = behind.iter().any(|word| starts(word, "--dims"));
+    let [name] = inputs(behind)[..] else {
+        return words;
+    };
+    let path = InputFile::of(name.clone()).path;
+    if is_headerless || !Content::of(&path).is_ok_and(|found| found == content) {
         return words;
     }
-    words[at] = OsString::from(Application::Points.name());
-    for word in &mut words[at..] {
+    words[command] = application.name().into();
+    if application == Application::Points {
+        call_to_camera(&mut words[command + 1..]);
+    }
+    words
+}
+
+/// A scan is seen from one new camera, as a warp is with `--to`; its command calls that `--camera`.
+fn call_to_camera(words: &mut [OsString]) {
+    for word in words {
         let text = word.to_string_lossy().into_owned();
         if text == "--to" || text.starts_with("--to=") {
             *word = OsString::from(text.replacen("--to", "--camera", 1));
         }
     }
-    words
-}
-
-/// The words of this process, with `gaussians` in place of `volsplat` where that, or `trade volsplat`, is to draw a file of Gaussians.
-pub(crate) fn of_gaussians(mut words: Vec<OsString>) -> Vec<OsString> {
-    let Some(first) = first_name(&words) else {
-        return words;
-    };
-    let command = match words[first] == "trade" {
-        true => first + 1,
-        false => first,
-    };
-    if words.get(command).is_none_or(|word| word != "volsplat") {
-        return words;
-    }
-    let typed = &words[command + 1..];
-    let is_headerless = typed.iter().any(|word| starts(word, "--dims"));
-    let input = input(typed).map(|word| InputFile::of(word.clone()).path);
-    let holds = |path: &Path| matches!(Content::of(path), Ok(Content::Gaussians));
-    if !is_headerless && input.is_some_and(|path| holds(&path)) {
-        words[command] = Application::Gaussians.name().into();
-    }
-    words
 }
 
 fn starts(word: &OsString, with: &str) -> bool {
     word.to_string_lossy().starts_with(with)
 }
 
-/// The first of a command's words that is neither an option nor the value of one.
-fn input(words: &[OsString]) -> Option<&OsString> {
-    let commands = [Application::Volume, Application::Gaussians]
-        .map(|application| application.command("input", "picture.png"));
+/// Those of a command's words that are neither options nor the values of options.
+fn inputs(words: &[OsString]) -> Vec<&OsString> {
+    let all = [
+        Application::Volume,
+        Application::Gaussians,
+        Application::Depth,
+        Application::Points,
+    ];
+    let commands = all.map(|application| application.command("input", "picture.png"));
     let takes_value = |word: &OsString| {
         let word = word.to_string_lossy();
         let mut options = commands.iter().flat_map(Command::get_arguments);
@@ -254,16 +251,16 @@ fn input(words: &[OsString]) -> Option<&OsString> {
             (long || short) && option.get_action().takes_values()
         })
     };
+    let mut found = Vec::new();
     let mut rest = words.iter();
     while let Some(word) = rest.next() {
         if !starts(word, "-") {
-            return Some(word);
-        }
-        if takes_value(word) {
+            found.push(word);
+        } else if takes_value(word) {
             rest.next();
         }
     }
-    None
+    found
 }
 
 /// Where the first word stands that is no option of every command.
@@ -368,14 +365,18 @@ mod tests {
 
     #[test]
     fn the_input_is_no_value_of_an_option() {
-        let found =
-            |text: &str| input(&words(text)).map(|word| word.to_string_lossy().into_owned());
-        assert_eq!(
-            found("-o a.png --size 8x8 --resume b.ply"),
-            Some("b.ply".to_owned())
-        );
-        assert_eq!(found("--size=8x8 b.ply -o a.png"), Some("b.ply".to_owned()));
-        assert_eq!(found("--slab-error 0.1"), None);
+        let found = |text: &str| {
+            let words = words(text);
+            let names = inputs(&words).into_iter();
+            let names: Vec<_> = names
+                .map(|word| word.to_string_lossy().into_owned())
+                .collect();
+            names.join(" ")
+        };
+        assert_eq!(found("-o a.png --size 8x8 --resume b.ply"), "b.ply");
+        assert_eq!(found("--size=8x8 b.ply -o a.png"), "b.ply");
+        assert_eq!(found("a.png a.pfm --to shift:1,0,0"), "a.png a.pfm");
+        assert_eq!(found("--slab-error 0.1"), "");
     }
 
     #[test]
