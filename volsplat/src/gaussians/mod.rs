@@ -222,7 +222,9 @@ impl GaussianRenderer {
         }
         for (layer, plane) in self.options.layers.iter().zip(&mut image.planes) {
             plane.values[at] = match layer {
-                GaussianLayer::MedianDepth if pixel.halved >= 0.5 => pixel.median / pixel.halved,
+                GaussianLayer::MedianDepth if pixel.rgba[3] >= 0.5 && pixel.halved > 0.0 => {
+                    pixel.median / pixel.halved
+                }
                 GaussianLayer::MedianDepth => f32::INFINITY,
             };
         }

@@ -8,14 +8,14 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
-use clap::{ArgMatches, Args, Command, FromArgMatches};
+use clap::{Arg, ArgMatches, Args, Command, CommandFactory, FromArgMatches};
 use image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
 use resample_io::{exr, files};
 use volsplat::GaussianFormat;
 use volsplat::input::Format;
 use warp3d::input::clouds::{CloudFormat, cloud_format_of};
 
-use crate::args::{Drawing, GaussiansArgs, PointsArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
+use crate::args::{Cli, Drawing, GaussiansArgs, PointsArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
 use crate::values::input_file::InputFile;
 
 /// The content of a file.
@@ -201,7 +201,7 @@ pub(crate) fn of_content(mut words: Vec<OsString>) -> Vec<OsString> {
     };
     let behind = &words[command + 1..];
     let is_headerless = behind.iter().any(|word| starts(word, "--dims"));
-    let [name] = inputs(behind)[..] else {
+    let [name] = inputs(&words[first..command], behind)[..] else {
         return words;
     };
     let path = InputFile::of(name.clone()).path;
@@ -229,27 +229,29 @@ fn starts(word: &OsString, with: &str) -> bool {
     word.to_string_lossy().starts_with(with)
 }
 
-/// Those of a command's words that are neither options nor the values of options.
-fn inputs(words: &[OsString]) -> Vec<&OsString> {
-    let all = [
-        Application::Volume,
-        Application::Gaussians,
-        Application::Depth,
-        Application::Points,
-    ];
-    let commands = all.map(|application| application.command("input", "picture.png"));
+/// Those of a command's words that are neither options nor the values of options; `outer` is `trade` behind which it stands, or empty.
+fn inputs<'a>(outer: &[OsString], words: &'a [OsString]) -> Vec<&'a OsString> {
+    let cli = Cli::command();
+    let parent = outer.iter().fold(&cli, |command, name| {
+        command.find_subcommand(name).unwrap_or(command)
+    });
+    let commands = ["volsplat", "gaussians", "warp3d", "points"];
+    let commands = commands
+        .iter()
+        .flat_map(|name| parent.find_subcommand(name));
+    let options: Vec<&Arg> = std::iter::once(&cli)
+        .chain(commands)
+        .flat_map(Command::get_arguments)
+        .filter(|option| option.get_action().takes_values())
+        .collect();
     let takes_value = |word: &OsString| {
         let word = word.to_string_lossy();
-        let mut options = commands.iter().flat_map(Command::get_arguments);
-        options.any(|option| {
-            let long = option
-                .get_long()
-                .is_some_and(|long| word == format!("--{long}"));
-            let short = option
-                .get_short()
-                .is_some_and(|short| word == format!("-{short}"));
-            (long || short) && option.get_action().takes_values()
-        })
+        let names = |option: &&Arg| {
+            let long = option.get_long().map(|long| format!("--{long}"));
+            let short = option.get_short().map(|short| format!("-{short}"));
+            [long, short].contains(&Some(word.to_string()))
+        };
+        options.iter().any(names)
     };
     let mut found = Vec::new();
     let mut rest = words.iter();
@@ -365,14 +367,16 @@ mod tests {
 
     #[test]
     fn the_input_is_no_value_of_an_option() {
-        let found = |text: &str| {
+        let found = |outer: &[OsString], text: &str| {
             let words = words(text);
-            let names = inputs(&words).into_iter();
-            let names: Vec<_> = names
-                .map(|word| word.to_string_lossy().into_owned())
-                .collect();
-            names.join(" ")
+            let names = inputs(outer, &words)
+                .into_iter()
+                .map(|word| word.to_string_lossy());
+            names.collect::<Vec<_>>().join(" ")
         };
+        let measured = found(&words("trade"), "b.ply --reps 1 --out report --threads 2");
+        assert_eq!(measured, "b.ply");
+        let found = |text: &str| found(&[], text);
         assert_eq!(found("-o a.png --size 8x8 --resume b.ply"), "b.ply");
         assert_eq!(found("--size=8x8 b.ply -o a.png"), "b.ply");
         assert_eq!(found("a.png a.pfm --to shift:1,0,0"), "a.png a.pfm");
