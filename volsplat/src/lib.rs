@@ -37,6 +37,7 @@ pub(crate) mod grid;
 mod light;
 mod slabs;
 mod bricks;
+mod shadow;
 pub mod large;
 pub(crate) mod picture;
 pub(crate) mod field;
@@ -53,7 +54,8 @@ pub use large::LargeVolume;
 pub use look::clip::{Clip, ClipPlane};
 pub use look::options::{
     Blend, Cells, Classify, ColourBy, DepthPlane, FieldOptions, Interpolate, Isosurface,
-    KernelSheets, Light, Order, RenderOptions, SampleOptions, SampleOrder, Shading, Subpixels,
+    KernelSheets, Light, Order, RenderOptions, SampleOptions, SampleOrder, Shading, Shadow,
+    Subpixels,
 };
 pub use look::scene::{Channel, Look, Scene};
 pub use look::transfer::{ColourEncoding, ColourMap, TransferFunction};

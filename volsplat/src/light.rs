@@ -40,6 +40,26 @@ pub(crate) struct Lit<F> {
     pub(crate) highlight: F,
 }
 
+/// The byte that stands for full light at a vertex.
+pub(crate) const FULL_LIGHT: f32 = 255.0;
+
+impl<F> Lit<F> {
+    /// The light on a sample that a share of it reaches; `root` is the square root of the share, in bytes. The ambient light reaches all.
+    #[inline(always)]
+    pub(crate) fn shadowed<S: Simd>(self, simd: S, root: F, gain: f32) -> Self
+    where
+        F: SimdFloat<S, Element = f32>,
+    {
+        let root = root * F::splat(simd, 1.0 / FULL_LIGHT);
+        let share = root * root * F::splat(simd, gain);
+        let ambient = F::splat(simd, AMBIENT);
+        Self {
+            body: (self.body - ambient).mul_add(share, ambient * F::splat(simd, gain)),
+            highlight: self.highlight * share,
+        }
+    }
+}
+
 /// Gradients as directions and lengths.
 #[derive(Clone, Copy)]
 struct Polar<F, M> {
@@ -91,6 +111,13 @@ impl GradientRamp {
             low: low as f32,
             scale: (1.0 / (high - low)).min(f64::from(f32::MAX)) as f32,
         }
+    }
+
+    /// The factor of one sample.
+    pub(crate) fn of_gradient(&self, gradient: [f32; 3]) -> f32 {
+        let [x, y, z] = gradient.map(f64::from);
+        let length = DVec3::new(x, y, z).length().min(f64::from(f32::MAX));
+        ((length as f32 - self.low) * self.scale).clamp(0.0, 1.0)
     }
 
     /// The factors of samples with these gradients.

@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use glam::DVec3;
 use volsplat::{
     Blend, Cells, Clip, DepthPlane, Described, FieldOptions, Isosurface, KernelSheets, Layer,
-    Light, Order, RenderOptions, SampleOptions, SampleOrder, Shading,
+    Light, Order, RenderOptions, SampleOptions, SampleOrder, Shading, Shadow,
 };
 
 use crate::args::volume::order::order;
@@ -34,6 +34,9 @@ pub(super) fn typed(
         subpixels: args.subpixels,
         shading: args.shade.unwrap_or(unasked),
         light: args.light.map_or(default.light, Light::Towards),
+        shadow: args.shadows.then_some(Shadow {
+            light_size_deg: args.light_size,
+        }),
         opacity: args.opacity,
         min_transmittance: args.min_transmittance,
         opacity_unit,

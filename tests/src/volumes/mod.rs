@@ -3,6 +3,7 @@
 pub mod scenes;
 pub mod analytic_fields;
 pub mod area_truth;
+pub mod shadow_truth;
 pub mod shells;
 pub mod lod_scenes;
 pub mod peer_scenes;

@@ -31,6 +31,7 @@ mod shading;
 mod sheet_properties;
 mod sheets;
 mod sheets_extremes;
+mod shadows;
 mod shells;
 mod spacing;
 mod statistics;

@@ -78,25 +78,42 @@ pub(crate) fn cell_of(vertex: usize) -> usize {
     vertex - vertex / VERTEX_SIDE - CELL_SIDE * (vertex / LAYER)
 }
 
+/// The bytes at the corners of each face, of bytes at the vertices.
+pub(crate) fn faces_of(bytes: &ByteTable) -> Box<FaceBytes> {
+    const LAYER: usize = VERTEX_SIDE * VERTEX_SIDE;
+    let mut pairs = [0u16; TABLE_LEN];
+    for (pair, ends) in pairs.iter_mut().zip(bytes.windows(2)) {
+        *pair = u16::from(ends[0]) | u16::from(ends[1]) << 8;
+    }
+    let mut faces = Box::new([0; FACES]);
+    for (layer, faces) in faces.chunks_exact_mut(CELL_ROWS).enumerate() {
+        for (row, faces) in faces.chunks_exact_mut(CELL_SIDE).enumerate() {
+            let first = layer * LAYER + row * VERTEX_SIDE;
+            let (near, far) = (&pairs[first..], &pairs[first + VERTEX_SIDE..]);
+            for (x, face) in faces.iter_mut().enumerate() {
+                *face = u32::from(near[x]) | u32::from(far[x]) << 16;
+            }
+        }
+    }
+    faces
+}
+
+/// The trilinear mix of a cell's bytes, at this share of it along each axis.
+#[inline(always)]
+pub(crate) fn face_value(faces: &FaceBytes, cell: usize, [x, y, z]: [f32; 3]) -> f32 {
+    let mix = |a: f32, b: f32, t: f32| (b - a).mul_add(t, a);
+    let cell = cell % CELLS;
+    let [front, back] = [faces[cell], faces[cell + CELL_ROWS]].map(|face| {
+        let [a, b, c, d] = face.to_le_bytes().map(f32::from);
+        mix(mix(a, b, x), mix(c, d, x), y)
+    });
+    mix(front, back, z)
+}
+
 impl Scalars {
     /// Those of bytes at the vertices.
     pub(crate) fn of_bytes(bytes: &ByteTable) -> Self {
-        const LAYER: usize = VERTEX_SIDE * VERTEX_SIDE;
-        let mut pairs = [0u16; TABLE_LEN];
-        for (pair, ends) in pairs.iter_mut().zip(bytes.windows(2)) {
-            *pair = u16::from(ends[0]) | u16::from(ends[1]) << 8;
-        }
-        let mut faces = Box::new([0; FACES]);
-        for (layer, faces) in faces.chunks_exact_mut(CELL_ROWS).enumerate() {
-            for (row, faces) in faces.chunks_exact_mut(CELL_SIDE).enumerate() {
-                let first = layer * LAYER + row * VERTEX_SIDE;
-                let (near, far) = (&pairs[first..], &pairs[first + VERTEX_SIDE..]);
-                for (x, face) in faces.iter_mut().enumerate() {
-                    *face = u32::from(near[x]) | u32::from(far[x]) << 16;
-                }
-            }
-        }
-        Self::Bytes(faces)
+        Self::Bytes(faces_of(bytes))
     }
 
     /// The scalar at a vertex.
@@ -172,6 +189,25 @@ const LAYER: usize = AROUND * AROUND;
 type Around<V> = [V; AROUND * AROUND * AROUND];
 
 impl Gradients {
+    /// The gradient at a vertex.
+    pub(crate) fn at(&self, vertex: usize, from: &FromDifferences) -> [f32; 3] {
+        match self {
+            Self::Vectors(table) => {
+                let [x, y, z, _] = table[vertex];
+                [x, y, z]
+            }
+            Self::Differences(table) => {
+                let along =
+                    SHIFTS.map(|[left, right]| ((table[vertex] << left) as i32 >> right) as f32);
+                from_fn(|part| {
+                    (0..3)
+                        .map(|axis| from.columns[axis][part] * along[axis])
+                        .sum()
+                })
+            }
+        }
+    }
+
     /// Bytes of memory of the gradients of a brick.
     pub(crate) fn size(are_bytes: bool) -> usize {
         if are_bytes {
@@ -290,7 +326,7 @@ fn around<T: Copy, V: Copy + Default>(
 }
 
 /// Place of a vertex in a brick's table.
-pub(super) fn vertex(x: usize, y: usize, z: usize) -> usize {
+pub(crate) fn vertex(x: usize, y: usize, z: usize) -> usize {
     x + VERTEX_SIDE * (y + VERTEX_SIDE * z)
 }
 

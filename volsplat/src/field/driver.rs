@@ -22,11 +22,13 @@ use crate::field::settings::{FieldFrame, FieldSettings, IsoSettings, Statistic, 
 use crate::field::streamed::{LargeCells, StreamedCells};
 use crate::grid::{Bounds, in_unit, power_of_two};
 use crate::large::LargeVolume;
+use crate::light::GradientRamp;
 use crate::look::clip::{Clip, GridClip, bounds_in_world};
-use crate::look::options::{Blend, FieldOptions, RenderOptions, Subpixels};
+use crate::look::options::{Blend, FieldOptions, Light, RenderOptions, Subpixels};
 use crate::look::scene::{Look, Scene};
 use crate::look::transfer::TransferFunction;
 use crate::picture::{Means, TileDepth, TileLayout, TileSlot, automatic, refined};
+use crate::shadow::tables::{Caster, ShadowTables};
 use crate::slabs::settings::{
     Anchor, ChannelSettings, KernelReach, Reading, SheetSettings, Slabs, channels, check,
 };
@@ -121,6 +123,8 @@ pub(crate) struct FieldPipeline {
     pub(super) middle: DVec3,
     /// Middle of what is visible, in the grid.
     pub(super) visible_middle: Option<DVec3>,
+    /// Light at the vertices of the bricks, once a picture with shadows was drawn.
+    pub(super) shadows: Option<ShadowTables>,
 }
 
 /// Where the cells are.
@@ -187,6 +191,7 @@ impl FieldPipeline {
         let mut sheets = Self {
             world_from_index: lattice.world_from_index,
             visible_middle: None,
+            shadows: None,
             clip: GridClip::default(),
             source,
             channels,
@@ -207,6 +212,7 @@ impl FieldPipeline {
     /// Changes the kept part of the volume.
     pub(crate) fn update_clip(&mut self, clip: &Clip) {
         self.clip = clip.in_grid(&self.world_from_index);
+        self.shadows = None;
         let visible = bounds_in_world(self.source.bounds(), &self.clip, &DAffine3::IDENTITY);
         self.visible_middle = visible.map(|[low, high]| 0.5 * (low + high));
     }
@@ -241,6 +247,7 @@ impl FieldPipeline {
         let (fine, subpixels) = refined(&camera.in_unit(self.length), subpixels);
         stats.subpixels = u64::from(subpixels);
         let view = self.view(&fine);
+        self.cast_shadows()?;
         let settings = self.settings(&view, &fine);
         let uniform = if settings.is_plain() {
             UniformChoice::new(&self.options, &view, &camera.in_unit(self.length))
@@ -253,6 +260,7 @@ impl FieldPipeline {
             view: &view,
             camera: &fine,
             clip: &self.clip,
+            shadows: self.shadows.as_ref(),
             subpixels,
             means,
             uniform,
@@ -359,13 +367,47 @@ impl FieldPipeline {
                 step: thickness as f32,
                 ..iso
             }),
+            shadow_gain: self.shadows.as_ref().map(|shadows| shadows.gain),
         }
+    }
+
+    /// Makes the light at the vertices of the bricks where the options ask for shadows and nothing has changed since.
+    fn cast_shadows(&mut self) -> Result<(), Error> {
+        let (Some(shadow), Light::Towards(towards)) = (self.options.shadow, self.options.light)
+        else {
+            self.shadows = None;
+            return Ok(());
+        };
+        let Source::Cells(field) = &self.source else {
+            let what = "shadows need all visible voxels in memory: allow more memory, or leave out the shadows";
+            return Err(Error::Option(what.into()));
+        };
+        if self.shadows.is_none() {
+            let caster = Caster {
+                field,
+                channels: &self.channels,
+                ramp: self
+                    .options
+                    .gradient_opacity
+                    .map(|ramp| GradientRamp::new(ramp, self.length)),
+                clip: &self.clip,
+                world_from_index: &self.world_from_index,
+                length: self.length,
+                opacity_unit: self.options.opacity_unit_in_world(self.smallest_spacing),
+            };
+            let towards = towards.normalize_or(DVec3::Z);
+            self.shadows = Some(ShadowTables::new(&caster, towards, &shadow));
+        }
+        Ok(())
     }
 
     /// Takes options that differ only in settings read anew for each frame.
     pub(crate) fn update(&mut self, options: &RenderOptions) {
         if let Some(field) = options.field() {
             self.choices = field.clone();
+        }
+        if self.options.shadow != options.shadow {
+            self.shadows = None;
         }
         self.options = options.clone();
     }
@@ -435,6 +477,7 @@ impl FieldPipeline {
             range,
             self.options.opacity,
         )]);
+        self.shadows = None;
         self.iso = iso(Look::Transfer(transfer), &self.options);
         Reuse::Kept
     }

@@ -25,7 +25,7 @@ use crate::stats::FrameStats;
 
 /// The bricks numbered in `visible`, front to back, with the tiles that each covers.
 pub(crate) fn placed<'a>(
-    frame: &FieldFrame,
+    frame: &FieldFrame<'a>,
     bricks: &'a [CellBrick],
     visible: &[usize],
 ) -> (Vec<PlacedBrick<'a>>, Vec<TileRect>) {
@@ -50,6 +50,7 @@ pub(crate) fn placed<'a>(
                 } else {
                     None
                 },
+                shadow: frame.shadows.map(|shadows| shadows.of_brick(i)),
                 ..place(&bricks[i], view, grid, frame.settings)?
             };
             Some((placed, grid.rect(placed.columns, placed.rows)))
@@ -169,6 +170,7 @@ fn place<'a>(
     Some(PlacedBrick {
         brick,
         uniform: None,
+        shadow: None,
         planes,
         columns,
         rows,

@@ -12,10 +12,11 @@ use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 use resample_core::{Camera, GridView, OpacityMode, Projection, Stop};
 
-use crate::bricks::cells::{CELL_SIDE, CellBrick, FromDifferences};
+use crate::bricks::cells::{CELL_SIDE, CellBrick, FaceBytes, FromDifferences};
 use crate::look::clip::{AnchoredHalfSpace, GridClip};
 use crate::look::options::{RenderOptions, Shading};
 use crate::picture::Means;
+use crate::shadow::tables::ShadowTables;
 use crate::slabs::settings::{Anchor, ChannelSettings, Reading, SheetSettings};
 use crate::slabs::table::TransferTable;
 use crate::slabs::view::TileView;
@@ -217,6 +218,8 @@ pub(crate) struct FieldSettings {
     pub(crate) segments: u32,
     /// Where a surface is drawn: which.
     pub(crate) iso: Option<IsoSettings>,
+    /// Where shadows are drawn: the factor of all light that makes up for them.
+    pub(crate) shadow_gain: Option<f32>,
 }
 
 /// One frame's camera, at sub-pixel resolution, and settings.
@@ -225,6 +228,7 @@ pub(crate) struct FieldFrame<'a> {
     pub(crate) view: &'a GridView,
     pub(crate) camera: &'a Camera,
     pub(crate) clip: &'a GridClip,
+    pub(crate) shadows: Option<&'a ShadowTables>,
     pub(crate) subpixels: u32,
     pub(crate) means: Means,
     /// The bricks of one colour that are crossed in one step.
@@ -254,16 +258,17 @@ impl FieldSettings {
     /// The rule of these settings.
     pub(crate) fn rule(&self) -> Rule {
         let is_plain = self.is_one_channel() && self.sheets.gradient_ramp.is_none();
-        match (
-            self.statistic.is_some(),
-            is_plain,
-            self.sheets.shade.is_some(),
-        ) {
+        match (self.statistic.is_some(), is_plain, self.is_lit()) {
             (true, ..) => Rule::Statistic,
             (_, false, _) => Rule::Mixed,
             (_, true, true) => Rule::Shaded,
             (_, true, false) => Rule::Over,
         }
+    }
+
+    /// Returns true if light falls on samples.
+    pub(crate) fn is_lit(&self) -> bool {
+        self.sheets.shade.is_some() || self.shadow_gain.is_some()
     }
 
     /// Returns true if there is one channel, of scalars.
@@ -290,6 +295,8 @@ pub(crate) struct PlacedBrick<'a> {
     pub(crate) brick: &'a CellBrick,
     /// Where it is crossed in one step: its colour.
     pub(crate) uniform: Option<Uniform>,
+    /// The light at its vertices, where shadows are drawn.
+    pub(crate) shadow: Option<&'a FaceBytes>,
     /// Planes first..end that cut the box of its visible cells.
     pub(crate) planes: [u32; 2],
     /// Pixel columns first..end and rows first..end that the box covers.

@@ -36,6 +36,8 @@ pub struct RenderOptions {
     pub shading: Shading,
     /// Where the light of shading comes from.
     pub light: Light,
+    /// The shadows that the volume casts on itself; `None` is off. The light comes from a direction in the world then.
+    pub shadow: Option<Shadow>,
     /// Emission: lengths of the gradient, value per world unit, between which a factor of
     /// the extinction rises from 0 to 1; from 0 on, the first below the second. Labels are not modulated. `None` is off.
     pub gradient_opacity: Option<[f64; 2]>,
@@ -81,6 +83,7 @@ impl Default for RenderOptions {
             clip: Clip::default(),
             shading: Shading::None,
             light: Light::Headlight,
+            shadow: None,
             gradient_opacity: None,
             subpixels: Subpixels::Auto,
             opacity: OpacityMode::Extinction,
@@ -174,6 +177,7 @@ impl RenderOptions {
     pub(crate) fn prepares_like(&self, other: &Self) -> bool {
         let mut alike = Self {
             subpixels: self.subpixels,
+            shadow: self.shadow,
             min_transmittance: self.min_transmittance,
             depth: self.depth,
             ..other.clone()
@@ -280,6 +284,15 @@ pub enum Light {
     Towards(DVec3),
 }
 
+/// Shadows: the diffuse light and the highlight of a sample are multiplied by the transmittance towards the light. The
+/// whole is made brighter by one factor, so that what the light meets first keeps its brightness.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Shadow {
+    /// Apparent diameter of the light, degrees: 0 is a point far away, with hard shadows; at most 90.
+    pub light_size_deg: f64,
+}
+
 /// Sub-pixels along a pixel's side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
@@ -327,6 +340,7 @@ impl RenderOptions {
             )?;
         }
         self.validate_gradient()?;
+        self.validate_shadow()?;
         self.clip.validate()?;
         share("the least transmittance", self.min_transmittance)?;
         above_0(
@@ -334,6 +348,34 @@ impl RenderOptions {
             self.opacity_unit.unwrap_or(1.0),
             "a length",
         )
+    }
+
+    fn validate_shadow(&self) -> Result<(), Error> {
+        let Some(shadow) = self.shadow else {
+            return Ok(());
+        };
+        in_range(
+            "the light's size",
+            shadow.light_size_deg,
+            (0.0..=90.0).contains(&shadow.light_size_deg),
+            "0 to 90 degrees",
+        )?;
+        match (self.blend(), self.field(), self.light) {
+            (_, None, _) => wrong("samples of the paper's orders cast no shadows: draw the field"),
+            (Blend::Maximum | Blend::Minimum | Blend::Average, ..) => wrong(
+                "maximum, minimum and mean projections have no light, and cast no shadows: leave out the shadows or the blend",
+            ),
+            (Blend::Isosurface(_), ..) => {
+                wrong("shadows are those of emission and absorption: leave out the isosurface")
+            }
+            (.., Light::Headlight) => wrong(
+                "what casts a shadow hides it where the light stands at the eye: give the light a direction",
+            ),
+            _ if self.opacity != OpacityMode::Extinction => {
+                wrong("shadows follow extinction: leave out the other opacity")
+            }
+            _ => Ok(()),
+        }
     }
 
     fn validate_gradient(&self) -> Result<(), Error> {

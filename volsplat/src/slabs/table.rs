@@ -315,6 +315,16 @@ impl TransferTable {
             .to_int()
     }
 
+    /// The strength of each place.
+    pub(crate) fn strengths(&self) -> &[f32] {
+        &self.strengths[..ENTRIES + 2]
+    }
+
+    /// A scalar's place is itself times the first, plus the second.
+    pub(crate) fn place_of_scalar(&self) -> [f32; 2] {
+        [self.scale, self.shift]
+    }
+
     /// The strength at a place.
     #[inline(always)]
     pub(crate) fn strength(&self, place: i32) -> f32 {

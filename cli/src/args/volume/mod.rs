@@ -237,6 +237,12 @@ pub struct RenderArgs {
     /// Direction towards the light, in the world [default: the light is at the camera]
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
     pub light: Option<DVec3>,
+    /// The volume casts shadows on itself, in the light from --light
+    #[arg(long, requires = "light")]
+    pub shadows: bool,
+    /// Diameter of the light of shadows as they see it, degrees: the sun has 0.5, 0 makes hard shadows
+    #[arg(long, value_name = "DEG", requires = "shadows", default_value_t = 0.0)]
+    pub light_size: f64,
     /// Multiply the extinction by a ramp over the length of the gradient: 0 at LOW, 1 at HIGH, value per world unit
     #[arg(long, value_name = "LOW,HIGH", value_parser = values::ramp)]
     pub gradient_opacity: Option<[f64; 2]>,

@@ -15,6 +15,7 @@ use crate::field::walk::lists::{
     BetweenSteps, CELL_MASK, LANE_NUMBERS, LANES, Numbers, PIXEL_SHIFT, PackedSamples,
     ShownSamples, vertex,
 };
+use crate::light::Lit;
 use crate::slabs::table::TransferTable;
 
 /// The field at the samples.
@@ -125,7 +126,7 @@ pub(crate) fn classify<S: Simd>(simd: S, job: &TileContext, samples: &mut Packed
     strength[count..count + LANES].fill(0.0);
     samples.shown.count = 0;
     let with_depth = settings.sheets.depth == DepthRule::Expected;
-    let with_share = settings.sheets.shade.is_some();
+    let with_share = settings.is_lit();
     for first in (0..count).step_by(LANES) {
         let range = first..first + LANES;
         let strength = f32x16::from_slice(simd, &samples.between.strength[range.clone()]);
@@ -260,7 +261,7 @@ pub(crate) fn shade<S: Simd>(
     let Some(shade) = job.settings.sheets.shade.as_ref().filter(|_| has_gradients) else {
         shown.body[..shown.count].fill(1.0);
         shown.highlight[..shown.count].fill(0.0);
-        return;
+        return darken(simd, job, samples);
     };
     if shade.has_highlight() {
         look_up_rays(job, shown, &mut samples.between.ray);
@@ -273,6 +274,37 @@ pub(crate) fn shade<S: Simd>(
             shares(simd, gradient, first),
             shares(simd, ray, first),
         );
+        lit.body.store_slice(&mut shown.body[range.clone()]);
+        lit.highlight.store_slice(&mut shown.highlight[range]);
+    }
+    darken(simd, job, samples);
+}
+
+/// Lets as much light through to the samples that show something as reaches them, where shadows are drawn.
+#[inline(always)]
+fn darken<S: Simd>(simd: S, job: &TileContext, samples: &mut PackedSamples) {
+    let (Some(gain), Some(faces)) = (job.settings.shadow_gain, job.placed.shadow) else {
+        return;
+    };
+    let PackedSamples { shown, between, .. } = samples;
+    let [front, back] = &mut between.faces;
+    for (k, &place) in shown.place[..shown.count].iter().enumerate() {
+        one_by_one();
+        let cell = (place & CELL_MASK) as usize;
+        front[k] = faces[cell];
+        back[k] = faces[cell + CELL_ROWS];
+    }
+    for first in (0..shown.count).step_by(LANES) {
+        let range = first..first + LANES;
+        let front = u32x16::from_slice(simd, &front[range.clone()]);
+        let back = u32x16::from_slice(simd, &back[range.clone()]);
+        let share = shares(simd, &shown.share, first);
+        let root = Corners::of_faces(simd, front, back).interpolated(share);
+        let lit = Lit {
+            body: f32x16::from_slice(simd, &shown.body[range.clone()]),
+            highlight: f32x16::from_slice(simd, &shown.highlight[range.clone()]),
+        };
+        let lit = lit.shadowed(simd, root, gain);
         lit.body.store_slice(&mut shown.body[range.clone()]);
         lit.highlight.store_slice(&mut shown.highlight[range]);
     }

@@ -14,7 +14,7 @@ use fearless_simd::{f32x4, f32x8, f32x16, i32x16, mask32x8, mask32x16, u8x64, u3
 use fearless_simd_macros::simd;
 use resample_core::composite::{DepthRule, opacity};
 
-use crate::bricks::cells::{CELL_SIDE, CELLS};
+use crate::bricks::cells::{CELL_SIDE, CELLS, face_value};
 use crate::field::settings::{AnchoredRays, TileContext};
 use crate::field::walk::cell_sample::{CellBox, Located};
 use crate::field::walk::corners;
@@ -465,14 +465,17 @@ fn composite<S: Simd, const SHADED: bool>(
         .min(constant(1.0));
     let middle = (shown.z[1] - shown.z[0]).mul_add(share, shown.z[0]);
     let camera_z = (middle + constant(settings.anchor.camera_z as f32)).to_array();
-    let light = if SHADED {
-        light(simd, job, shown, share, &scratch.segments)
-    } else {
-        None
+    let unlit = Lit {
+        body: constant(1.0),
+        highlight: constant(0.0),
     };
-    let (body, highlight) = light.map_or((constant(1.0), constant(0.0)), |light| {
-        (light.body, light.highlight)
-    });
+    let light = if SHADED {
+        let light = light(simd, job, shown, share, &scratch.segments).unwrap_or(unlit);
+        darkened(simd, job, (shown, share), &scratch.segments, light)
+    } else {
+        unlit
+    };
+    let (body, highlight) = (light.body, light.highlight);
     let (bodies, highlights) = (body.to_array(), highlight.to_array());
     let least = settings.min_transmittance.max(f32::MIN_POSITIVE);
     let with_depth = settings.depth == DepthRule::Expected;
@@ -491,6 +494,30 @@ fn composite<S: Simd, const SHADED: bool>(
         let is_seen = scratch.pixels.add(simd, pixel, opacity, z, colour);
         scratch.work.contributed += usize::from(is_seen);
     }
+}
+
+/// As much of the light as reaches that place of each segment, where shadows are drawn.
+#[inline(always)]
+fn darkened<S: Simd>(
+    simd: S,
+    job: &TileContext,
+    (shown, share): (&Shown<S>, f32x8<S>),
+    list: &SegmentList,
+    light: Lit<f32x8<S>>,
+) -> Lit<f32x8<S>> {
+    let (Some(gain), Some(faces)) = (job.settings.shadow_gain, job.placed.shadow) else {
+        return light;
+    };
+    let shares = share.to_array();
+    let mut roots = [0.0; LANES];
+    for (lane, &segment) in shown.segments.iter().enumerate() {
+        let at = [0, 1, 2].map(|axis| {
+            let [near, far] = [0, 1].map(|end| list.share(segment, end, axis));
+            (far - near).mul_add(shares[lane], near)
+        });
+        roots[lane] = face_value(faces, list.cell(segment.part), at);
+    }
+    light.shadowed(simd, f32x8::from_slice(simd, &roots), gain)
 }
 
 /// The light at that place of each segment.

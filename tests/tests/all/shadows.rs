@@ -1,0 +1,262 @@
+//! Shadows of volumes on themselves: against their truth by definition, and against what they may not do.
+
+use glam::{DAffine3, DVec3};
+use resample_core::{Camera, Image};
+use resample_tests::volumes::scenes::{perspective, transfer, volume};
+use resample_tests::volumes::shadow_truth::ShadowTruth;
+use volsplat::{
+    Blend, Clip, ClipPlane, FieldOptions, Light, Order, RenderOptions, Renderer, Shadow,
+    TransferFunction, Volume,
+};
+
+const SIDE_VOXELS: usize = 56;
+
+/// Towards the light.
+fn towards() -> DVec3 {
+    DVec3::new(-0.5, 0.8, 0.45).normalize()
+}
+
+/// Distance below 0 inside, in voxels, as a number from 0 to 1 that falls from 1 to 0 over four voxels.
+fn soft(distance: f64) -> f64 {
+    (0.5 - distance / 4.0).clamp(0.0, 1.0)
+}
+
+/// A ball over a plate.
+fn ball() -> Volume {
+    volume([SIDE_VOXELS; 3], DAffine3::IDENTITY, |p| {
+        let ball = (p - DVec3::new(28.0, 30.0, 28.0)).length() - 10.0;
+        let plate = (p.y - 9.0).abs() - 3.0;
+        let beside = (p.x - 28.0).abs().max((p.z - 28.0).abs()) - 24.0;
+        soft(ball.min(plate.max(beside)))
+    })
+}
+
+/// Thin tubes across each other, three voxels wide.
+fn vessels() -> Volume {
+    volume([SIDE_VOXELS; 3], DAffine3::IDENTITY, |p| {
+        let tubes = (0..7).map(|number| {
+            let turn = f64::from(number) * 0.9;
+            let along = DVec3::new(turn.cos(), 0.3 * (2.0 * turn).sin(), turn.sin()).normalize();
+            let middle = DVec3::new(28.0, 12.0 + 5.0 * f64::from(number), 28.0);
+            (p - middle).reject_from(along).length() - 1.8
+        });
+        let inside = (p - 27.5).length() - 26.0;
+        soft(tubes.fold(f64::INFINITY, f64::min).max(inside))
+    })
+}
+
+/// A wide lump of fog.
+fn fog() -> Volume {
+    volume([SIDE_VOXELS; 3], DAffine3::IDENTITY, |p| {
+        let q = (p - 27.5) / 26.0;
+        (1.0 - q.length_squared()).max(0.0) * (0.6 + 0.4 * (0.6 * p.x).sin() * (0.5 * p.y).cos())
+    })
+}
+
+/// Shells one in another.
+fn shells() -> Volume {
+    volume([SIDE_VOXELS; 3], DAffine3::IDENTITY, |p| {
+        ((p - 27.5).length() / 26.0).min(1.0)
+    })
+}
+
+fn solid() -> TransferFunction {
+    let colours = [(0.0, [0.9, 0.6, 0.4]), (1.0, [1.0, 0.9, 0.8])];
+    transfer(&colours, &[(0.2, 0.0), (0.8, 0.8)])
+}
+
+fn thin() -> TransferFunction {
+    transfer(&[(0.0, [0.8; 3])], &[(0.0, 0.0), (1.0, 0.15)])
+}
+
+/// Two peaks, each of which is two voxels wide.
+fn peaks() -> TransferFunction {
+    let peak = |at: f64, opacity: f64| [(at - 0.04, 0.0), (at, opacity), (at + 0.04, 0.0)];
+    let knots: Vec<(f64, f64)> = [peak(0.5, 0.9), peak(0.9, 0.25)].concat();
+    transfer(&[(0.0, [1.0, 0.4, 0.3]), (1.0, [0.5, 0.7, 1.0])], &knots)
+}
+
+fn camera() -> Camera {
+    let middle = DVec3::splat(0.5 * (SIDE_VOXELS - 1) as f64);
+    let eye = middle + 110.0 * DVec3::new(0.62, 0.5, 0.69).normalize();
+    perspective(eye, middle, 32.0, [72; 2])
+}
+
+fn options(light_size_deg: f64) -> RenderOptions {
+    RenderOptions {
+        light: Light::Towards(3.0 * towards()),
+        shadow: Some(Shadow { light_size_deg }),
+        ..RenderOptions::default()
+    }
+}
+
+fn drawn(volume: &Volume, look: &TransferFunction, options: &RenderOptions) -> Image {
+    let mut renderer = Renderer::new(volume, look, options).expect("valid options");
+    renderer.render(&camera()).expect("a valid camera").image
+}
+
+/// Peak signal to noise ratio over the covered pixels, dB.
+fn psnr_db(image: &Image, truth: &Image) -> f64 {
+    let covered = image.rgba.iter().zip(&truth.rgba).filter(|(_, t)| t[3] > 0.02);
+    let (mut squares, mut count) = (0.0, 0.0);
+    for (pixel, truth) in covered {
+        for (a, b) in pixel[..3].iter().zip(truth) {
+            squares += f64::from(a - b).powi(2);
+            count += 1.0;
+        }
+    }
+    assert!(count > 1000.0, "{count} numbers are covered");
+    -10.0 * (squares / count).log10()
+}
+
+/// Directions over the disc of a light, in rings: not those of the renderer.
+fn disc(size_deg: f64) -> Vec<DVec3> {
+    let (right, up) = towards().any_orthonormal_pair();
+    let mut found = Vec::new();
+    for ring in 0..5 {
+        let radius = (f64::from(ring) + 0.5) / 5.0 * (0.5 * size_deg).to_radians();
+        // Rings of one width have areas in proportion to 1, 3, 5, ..
+        for part in 0..3 * (2 * ring + 1) {
+            let turn = std::f64::consts::TAU * f64::from(part) / f64::from(3 * (2 * ring + 1));
+            let across = turn.cos() * right + turn.sin() * up;
+            found.push(radius.cos() * towards() + radius.sin() * across);
+        }
+    }
+    found
+}
+
+#[test]
+fn hard_shadows_are_those_of_their_truth() {
+    let whole = |_| true;
+    for (name, volume, look, least_db) in [
+        ("ball", ball(), solid(), 30.0),
+        ("vessels", vessels(), solid(), 30.0),
+        ("fog", fog(), thin(), 45.0),
+        ("shells", shells(), peaks(), 30.0),
+    ] {
+        let truth = ShadowTruth::new(&volume, &look, vec![towards()], &whole);
+        let truth = truth.picture(&camera(), 3);
+        let db = psnr_db(&drawn(&volume, &look, &options(0.0)), &truth);
+        eprintln!("{name}: {db:.1} dB");
+        assert!(db >= least_db, "{name}: {db:.1} dB");
+    }
+}
+
+#[test]
+fn soft_shadows_are_those_of_their_truth() {
+    let whole = |_| true;
+    let (volume, look) = (ball(), solid());
+    let truth = ShadowTruth::new(&volume, &look, disc(20.0), &whole);
+    let truth = truth.picture(&camera(), 2);
+    let db = psnr_db(&drawn(&volume, &look, &options(20.0)), &truth);
+    eprintln!("soft: {db:.1} dB");
+    assert!(db >= 35.0, "{db:.1} dB");
+}
+
+#[test]
+fn what_is_cut_away_casts_no_shadow() {
+    let (volume, look) = (ball(), solid());
+    // The ball is cut through its middle, across the light.
+    let plane = ClipPlane {
+        normal: DVec3::new(0.2, -1.0, 0.1),
+        offset: 24.0,
+    };
+    let keeps = |at: DVec3| plane.normal.dot(at) + plane.offset >= 0.0;
+    let truth = ShadowTruth::new(&volume, &look, vec![towards()], &keeps);
+    let truth = truth.picture(&camera(), 3);
+    let options = RenderOptions {
+        clip: Clip {
+            planes: vec![plane],
+            ..Clip::default()
+        },
+        ..options(0.0)
+    };
+    let db = psnr_db(&drawn(&volume, &look, &options), &truth);
+    eprintln!("cut: {db:.1} dB");
+    assert!(db >= 30.0, "{db:.1} dB");
+}
+
+#[test]
+fn shadows_follow_light_and_clip_and_go_with_the_option() {
+    let (volume, look) = (ball(), solid());
+    let plain = RenderOptions {
+        shadow: None,
+        ..options(0.0)
+    };
+    let mut renderer = Renderer::new(&volume, &look, &plain).expect("valid options");
+    let mut draw = |options: &RenderOptions, clip: Option<Clip>| {
+        renderer.update(options).expect("valid options");
+        if let Some(clip) = clip {
+            renderer.update_clip(clip).expect("a valid clip");
+        }
+        renderer.render(&camera()).expect("a valid camera").image
+    };
+    let before = draw(&plain, None);
+    let with = draw(&options(0.0), None);
+    assert_eq!(with.rgba, drawn(&volume, &look, &options(0.0)).rgba);
+    assert_ne!(with.rgba, before.rgba);
+    assert_eq!(draw(&plain, None).rgba, before.rgba, "off again");
+    let clip = Clip {
+        planes: vec![ClipPlane {
+            normal: -DVec3::Y,
+            offset: 24.0,
+        }],
+        ..Clip::default()
+    };
+    let cut = draw(&options(0.0), Some(clip.clone()));
+    let own = RenderOptions {
+        clip,
+        ..options(0.0)
+    };
+    assert_eq!(cut.rgba, drawn(&volume, &look, &own).rgba);
+}
+
+#[test]
+fn opacity_is_that_without_shadows_and_lit_places_keep_their_brightness() {
+    let (volume, look) = (ball(), solid());
+    let plain = RenderOptions {
+        shadow: None,
+        ..options(0.0)
+    };
+    let (with, without) = (
+        drawn(&volume, &look, &options(0.0)),
+        drawn(&volume, &look, &plain),
+    );
+    let mut ratios = Vec::new();
+    for (with, without) in with.rgba.iter().zip(&without.rgba) {
+        assert!((with[3] - without[3]).abs() < 1e-5, "opacity is the same");
+        if without[3] > 0.99 {
+            ratios.push(with[0] / without[0]);
+        }
+    }
+    ratios.sort_by(f32::total_cmp);
+    let at = |share: f64| ratios[(share * (ratios.len() - 1) as f64) as usize];
+    // In shadow the ambient 0.3 is left, times the gain of 1 / (0.3 + 0.7 / 2).
+    assert!((at(0.0) - 0.3 / 0.65).abs() < 0.05, "darkest {}", at(0.0));
+    assert!((0.8..1.4).contains(&at(0.6)), "lit {}", at(0.6));
+}
+
+#[test]
+fn looks_without_shadows_refuse_them() {
+    let (volume, look) = (ball(), solid());
+    let of_blend = |blend: Blend| RenderOptions {
+        order: Order::Field(FieldOptions {
+            blend,
+            ..FieldOptions::default()
+        }),
+        ..options(0.0)
+    };
+    let headlight = RenderOptions {
+        light: Light::Headlight,
+        ..options(0.0)
+    };
+    for (refused, why) in [
+        (of_blend(Blend::Maximum), "have no light"),
+        (headlight, "give the light a direction"),
+        (options(91.0), "0 to 90 degrees"),
+        (options(f64::NAN), "0 to 90 degrees"),
+    ] {
+        let error = Renderer::new(&volume, &look, &refused).expect_err("refused");
+        assert!(error.to_string().contains(why), "{error}");
+    }
+}

@@ -1,0 +1,158 @@
+//! From bricks to slices of the grid: the number at each vertex of a slice, or NaN where no brick is shown.
+
+use crate::bricks::cells::{
+    CELL_SIDE, CellBrick, CellField, FromDifferences, TABLE_LEN, VERTEX_SIDE, vertex,
+};
+use crate::light::GradientRamp;
+use crate::slabs::settings::{ChannelSettings, Reading, Role};
+
+/// The grid along two axes of its slices, and along the third.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Axes {
+    pub(super) across: [usize; 2],
+    pub(super) along: usize,
+}
+
+/// Bricks between the same two slices, and a number for each of their vertices.
+pub(super) struct Layer {
+    /// Numbers of the bricks.
+    pub(super) bricks: Vec<u32>,
+    pub(super) values: Vec<[f32; TABLE_LEN]>,
+}
+
+/// The box of the vertices of all bricks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct VertexBox {
+    pub(super) low: [usize; 3],
+    /// The last, inclusive.
+    pub(super) high: [usize; 3],
+}
+
+impl VertexBox {
+    /// `None` where there is no brick.
+    pub(super) fn of(field: &CellField) -> Option<Self> {
+        let mut all: Option<Self> = None;
+        for brick in &field.bricks {
+            let [least, greatest] = brick_range(brick);
+            let all = all.get_or_insert(Self {
+                low: least,
+                high: greatest,
+            });
+            for axis in 0..3 {
+                all.low[axis] = all.low[axis].min(least[axis]);
+                all.high[axis] = all.high[axis].max(greatest[axis]);
+            }
+        }
+        all
+    }
+
+    /// Vertices along an axis.
+    pub(super) fn len(&self, axis: usize) -> usize {
+        self.high[axis] - self.low[axis] + 1
+    }
+}
+
+/// Least and greatest vertex of a brick in the grid.
+fn brick_range(brick: &CellBrick) -> [[usize; 3]; 2] {
+    brick.bounds.range().map(|end| {
+        std::array::from_fn(|axis| brick.bounds.corner[axis] as usize + usize::from(end[axis]))
+    })
+}
+
+/// The layers of bricks along an axis, from the first brick on.
+pub(super) fn layers(field: &CellField, axes: Axes) -> Vec<Layer> {
+    let mut layers: Vec<Layer> = Vec::new();
+    for (number, brick) in field.bricks.iter().enumerate() {
+        let layer = brick.bounds.corner[axes.along] as usize / CELL_SIDE;
+        if layers.len() <= layer {
+            layers.resize_with(layer + 1, || Layer {
+                bricks: Vec::new(),
+                values: Vec::new(),
+            });
+        }
+        layers[layer].bricks.push(number as u32);
+        layers[layer].values.push([0.0; TABLE_LEN]);
+    }
+    layers
+}
+
+/// The layers that have a slice among their vertices.
+pub(super) fn layers_of(slice: usize) -> impl Iterator<Item = usize> {
+    let own = slice / CELL_SIDE;
+    // A slice between two layers belongs to both.
+    let before = (slice % CELL_SIDE == 0 && own > 0).then(|| own - 1);
+    before.into_iter().chain([own])
+}
+
+/// The vertices of a brick in a slice that lie in the box of its visible cells: their places in its table and in the slice.
+pub(super) fn vertices(
+    brick: &CellBrick,
+    slice: usize,
+    axes: Axes,
+) -> impl Iterator<Item = (usize, [usize; 2])> {
+    let corner = brick.bounds.corner.map(|first| first as usize);
+    let [least, greatest] = brick.bounds.range().map(|end| end.map(usize::from));
+    let local = slice - corner[axes.along];
+    let is_inside = local >= least[axes.along] && local <= greatest[axes.along];
+    let [b, c] = axes.across;
+    let rows = if is_inside {
+        least[c]..greatest[c] + 1
+    } else {
+        0..0
+    };
+    rows.flat_map(move |y| {
+        (least[b]..=greatest[b]).map(move |x| {
+            let mut place = [0; 3];
+            place[b] = x;
+            place[c] = y;
+            place[axes.along] = local;
+            let [i, j, k] = place;
+            (vertex(i, j, k), [corner[b] + x, corner[c] + y])
+        })
+    })
+}
+
+/// How the numbers at vertices are made.
+pub(super) struct Numbers<'a> {
+    pub(super) channels: &'a [ChannelSettings],
+    pub(super) ramp: Option<GradientRamp>,
+    pub(super) from_differences: &'a FromDifferences,
+    /// True if the number is the scalar of the first channel, else it is extinction.
+    pub(super) are_scalars: bool,
+}
+
+impl Numbers<'_> {
+    /// The number at a vertex; NaN where the mask hides it.
+    #[inline(always)]
+    pub(super) fn at(&self, brick: &CellBrick, vertex: usize) -> f32 {
+        if brick.mask.as_ref().is_some_and(|mask| mask[vertex] == 0) {
+            return f32::NAN;
+        }
+        if self.are_scalars {
+            return brick.scalars.at(vertex);
+        }
+        self.extinction(brick, vertex)
+    }
+
+    /// The sum over the channels.
+    fn extinction(&self, brick: &CellBrick, vertex: usize) -> f32 {
+        let mut sum = 0.0;
+        for (number, channel) in self.channels.iter().enumerate() {
+            if channel.role != Role::Extinction {
+                continue;
+            }
+            let cells = brick.channel(number);
+            let strength = channel.table.at(cells.scalars.at(vertex))[3];
+            let factor = match (&self.ramp, cells.gradients, channel.reading) {
+                (Some(ramp), Some(gradients), Reading::Trilinear) => {
+                    ramp.of_gradient(gradients.at(vertex, self.from_differences))
+                }
+                _ => 1.0,
+            };
+            sum += strength * factor;
+        }
+        sum
+    }
+}
+
+const _: () = assert!(VERTEX_SIDE == CELL_SIDE + 1);
