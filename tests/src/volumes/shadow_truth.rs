@@ -14,7 +14,7 @@ use crate::twins::rays::RaySource;
 use crate::twins::trilinear::{last, scalar};
 
 /// Steps per voxel.
-const STEPS: f64 = 6.0;
+const STEPS: f64 = 4.0;
 
 /// Ambient and diffuse share of the light.
 const AMBIENT: f64 = 0.3;
