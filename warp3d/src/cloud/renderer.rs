@@ -8,6 +8,7 @@ use resample_core::tile::TILE_PX;
 use resample_core::{Camera, Image, dispatch};
 
 use crate::cloud::discs::prepare::{Disc, LeftOut, Prepared};
+use crate::cloud::draw::groups::Groups;
 use crate::cloud::draw::listed::Listed;
 use crate::cloud::draw::tile::{EMPTY, Pixel, TileScratch, draw_tile};
 use crate::cloud::draw::view::View;
@@ -19,6 +20,7 @@ use crate::{Error, StageTime};
 pub struct CloudRenderer {
     prepared: Prepared,
     options: CloudOptions,
+    groups: Groups,
     listed: Listed,
     /// The camera and the options that `listed` belongs to.
     listed_for: Option<(Camera, CloudOptions)>,
@@ -40,7 +42,7 @@ pub struct CloudStats {
     pub discs: u64,
     /// Points that have no disc.
     pub left_out: LeftOut,
-    /// Discs of which the camera sees at least the place.
+    /// Discs in the picture, seen or hidden, and neighbours of such.
     pub in_view: u64,
     /// Pixels in which something is seen.
     pub seen: u64,
@@ -87,6 +89,7 @@ impl CloudRenderer {
         Ok(Self {
             prepared,
             options: options.clone(),
+            groups: Groups::default(),
             listed: Listed::default(),
             listed_for: None,
         })
@@ -144,18 +147,17 @@ impl CloudRenderer {
         let clock = StageClock::start();
         let wanted = (camera, self.options.clone());
         let level = SimdLevel::Auto.resolve();
-        let view = View::new(&self.prepared, &camera, &self.options, level);
+        let every = self.options.every as usize;
+        if self.groups.every != every {
+            self.groups = Groups::new(&self.prepared.discs, every);
+        }
+        let view = View::new(&self.prepared, &self.groups, &camera, &self.options, level);
         if self.listed_for.as_ref() != Some(&wanted) {
             self.listed.fill(&view);
             self.listed_for = Some(wanted);
         }
         stats.project = clock.stop();
-        let in_view = self
-            .listed
-            .chunks
-            .iter()
-            .map(|chunk| chunk.primitives.len() as u64);
-        stats.in_view = in_view.sum();
+        stats.in_view = self.listed.discs(&view);
         let clock = StageClock::start();
         let image = draw(&view, &self.listed, &window);
         stats.draw = clock.stop();

@@ -13,7 +13,7 @@ use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::tile::TILE_PX;
 
-use crate::cloud::discs::prepare::Disc;
+use crate::cloud::draw::groups::Group;
 use crate::cloud::draw::splat::Splat;
 use crate::cloud::draw::view::{Middles, View};
 use crate::cloud::lanes::{LANES, Lanes, Triple, dot, loaded};
@@ -47,18 +47,18 @@ const THICKNESS_SIGMAS: f32 = 4.0;
 /// Screen area of a disc that is seen edge-on, px^2: something of its colour remains. A guess.
 const LEAST_AREA_PX2: f32 = 1e-6;
 
-/// Discs that are projected together.
+/// The discs of a group.
 #[derive(Clone, Debug)]
 pub(crate) struct Gathered {
     count: usize,
     offset: [Lanes; 3],
-    base: [Lanes; 3],
+    base: [f32; 3],
     normal: [Lanes; 3],
     cut: [Lanes; 3],
     radius: Lanes,
     spacing: Lanes,
     thickness: Lanes,
-    colour: [Lanes; 3],
+    colour: [[u8; 3]; LANES],
 }
 
 /// Projected discs, as the fields of [`Splat`].
@@ -85,47 +85,51 @@ impl Gathered {
         Self {
             count: 0,
             offset: [NONE; 3],
-            base: [NONE; 3],
+            base: [0.0; 3],
             normal: [NONE; 3],
             cut: [NONE; 3],
             radius: NONE,
             spacing: NONE,
             thickness: NONE,
-            colour: [NONE; 3],
+            colour: [[0; 3]; LANES],
         }
     }
 
-    /// Takes up discs with their numbers, at most 16.
+    /// Takes up the discs of a group.
     #[inline(always)]
-    pub(crate) fn fill(&mut self, view: &View, numbers: &[u32], discs: &[Disc]) {
-        self.count = numbers.len();
-        for (lane, (&number, disc)) in numbers.iter().zip(discs).enumerate() {
-            let (offset, base) = view.placed(number as usize, disc);
+    pub(crate) fn fill(&mut self, view: &View, group: &Group) {
+        self.count = group.count as usize;
+        let (from, base) = view.base(group);
+        self.base = base;
+        let discs = view.groups.discs(view.discs, group);
+        for (lane, disc) in discs.take(LANES).enumerate() {
             for axis in 0..3 {
-                self.offset[axis][lane] = offset[axis];
-                self.base[axis][lane] = base[axis];
+                self.offset[axis][lane] = disc.position[axis] - from[axis];
                 self.normal[axis][lane] = disc.normal[axis];
                 self.cut[axis][lane] = disc.cut[axis];
-                self.colour[axis][lane] = view.linear[usize::from(disc.colour[axis])];
             }
             self.radius[lane] = disc.radius;
             self.spacing[lane] = disc.spacing;
             self.thickness[lane] = disc.thickness;
+            self.colour[lane] = disc.colour;
         }
     }
 }
 
-/// Adds the discs that the camera sees to the splats of the tile whose first pixel is `first`.
+/// Adds the discs that the camera sees in a tile, whose first pixel is `first`, and not beyond the depth `far`, to the tile's splats.
 #[simd]
 pub(crate) fn project<S: Simd>(
     simd: S,
     view: &View,
-    first: [usize; 2],
+    (first, far): ([usize; 2], f32),
     discs: &Gathered,
     to: &mut Vec<Splat>,
 ) {
-    let found = projected(simd, view, first, discs);
-    for lane in (0..discs.count).filter(|lane| found.seen >> lane & 1 == 1) {
+    let found = projected(simd, view, (first, far), discs);
+    let mut seen = found.seen & u64::MAX >> (64 - discs.count.clamp(1, LANES));
+    while seen != 0 {
+        let lane = seen.trailing_zeros() as usize % LANES;
+        seen &= seen - 1;
         let pick = |values: &Lanes| values[lane];
         let light = found.light[lane];
         let [x0, y0, x1, y1] = [0, 1, 2, 3].map(|i: usize| found.blend_box[i][lane]);
@@ -153,11 +157,7 @@ pub(crate) fn project<S: Simd>(
             ],
             cut: [pick(&found.cut[0]), pick(&found.cut[1])],
             weight: pick(&found.weight),
-            rgb: [
-                light * discs.colour[0][lane],
-                light * discs.colour[1][lane],
-                light * discs.colour[2][lane],
-            ],
+            rgb: discs.colour[lane].map(|code| light * view.linear[usize::from(code)]),
             disc_box: [
                 found.disc_box[0][lane],
                 found.disc_box[1][lane],
@@ -170,12 +170,17 @@ pub(crate) fn project<S: Simd>(
 }
 
 #[simd]
-fn projected<S: Simd>(simd: S, view: &View, first: [usize; 2], discs: &Gathered) -> Projected {
+fn projected<S: Simd>(
+    simd: S,
+    view: &View,
+    (first, far): ([usize; 2], f32),
+    discs: &Gathered,
+) -> Projected {
     let splat = |value: f32| f32x16::splat(simd, value);
     let load = |values: &Lanes| f32x16::from_slice(simd, values);
     let (zero, one) = (splat(0.0), splat(1.0));
     let from = [first[0] as f64, first[1] as f64];
-    let middles = view.middles(simd, &discs.offset, &discs.base, from);
+    let middles = view.middles(simd, &discs.offset, &discs.base.map(splat), from);
     let Middles {
         place,
         ray,
@@ -226,9 +231,11 @@ fn projected<S: Simd>(simd: S, view: &View, first: [usize; 2], discs: &Gathered)
     let stretch = (length / inclined).min(splat(MOST_STRETCH));
     let behind = stretch * single(view.options.depth_tolerance_spacings);
     let tolerance = behind.mul_add(spacing, load(&discs.thickness) * THICKNESS_SIGMAS);
-    let [disc_box, blend_box] = footprint_boxes(simd, &at, [&ellipse, &blurred], grown);
+    let ([disc_box, blend_box], touches) =
+        footprint_boxes(simd, &at, [&ellipse, &blurred], grown);
     let seen = z.simd_gt(splat(view.near)) & blurred.is_usable(simd) & ellipse.is_usable(simd);
     let seen = seen & weight.simd_lt(splat(f32::INFINITY));
+    let seen = seen & touches & nearest.simd_le(splat(far));
     let light = light(simd, view, (&ray, length), &normal);
     Projected {
         seen: seen.to_bitmask(),
@@ -248,26 +255,29 @@ fn projected<S: Simd>(simd: S, view: &View, first: [usize; 2], discs: &Gathered)
 }
 
 /// First and last column and row of the pixels that a disc covers, the last exclusive, from the apron's first; and of the blocks that
-/// its blend reaches. Covariances are those of the disc and of the blend; `grown` makes up for the disc's nearer side.
+/// its blend reaches; and whether there are any. Covariances are those of the disc and of the blend; `grown` makes up for the disc's nearer side.
 #[inline(always)]
 fn footprint_boxes<S: Simd>(
     simd: S,
     at: &[f32x16<S>; 2],
     [ellipse, blurred]: [&Covariance<S>; 2],
     grown: f32x16<S>,
-) -> [[[u32; LANES]; 4]; 2] {
+) -> ([[[u32; LANES]; 4]; 2], mask32x16<S>) {
     let splat = |value: f32| f32x16::splat(simd, value);
     let whole = |v: f32x16<S>, to: &mut [u32; LANES]| v.to_int::<u32x16<S>>().store_slice(to);
     let (zero, most) = (splat(0.0), splat(MOST_REACH_PX));
     let side = splat((TILE_PX + 2 * APRON_PX) as f32);
     let blocks = splat((TILE_PX / BLOCK_PX) as f32);
     let mut boxes = [[[0; LANES]; 4]; 2];
+    let mut touches = [mask32x16::splat(simd, true); 2];
     for axis in 0..2 {
         let disc = (ellipse.matrix[2 * axis].sqrt() * grown).min(most);
         let blend = (blurred.matrix[2 * axis].sqrt() * grown * single(REACH_SIGMAS)).min(most);
         // Pixels whose centres lie within, counted from the apron's first.
         let low = (at[axis] - disc - 0.5).ceil() + APRON_PX as f32;
         let high = (at[axis] + disc - 0.5).floor() + (APRON_PX + 1) as f32;
+        // Subpixels lie up to half a pixel from their pixel's centre: they may be covered where no centre is.
+        touches[0] &= low.simd_lt(side + 1.0) & high.simd_gt(splat(-1.0));
         whole(low.max(zero).min(side), &mut boxes[0][axis]);
         whole(high.max(zero).min(side), &mut boxes[0][axis + 2]);
         let per_block = 1.0 / BLOCK_PX as f32;
@@ -275,10 +285,12 @@ fn footprint_boxes<S: Simd>(
         let high = ((at[axis] + blend - 0.5).floor() * per_block).floor();
         // One that ends before the tile has its first block after its last.
         let low = high.simd_lt(zero).select(blocks, low.max(zero).min(blocks));
+        let high = high.max(zero).min(blocks - 1.0);
+        touches[1] &= low.simd_le(high);
         whole(low, &mut boxes[1][axis]);
-        whole(high.max(zero).min(blocks - 1.0), &mut boxes[1][axis + 2]);
+        whole(high, &mut boxes[1][axis + 2]);
     }
-    boxes
+    (boxes, touches[0] | touches[1])
 }
 
 #[inline(always)]

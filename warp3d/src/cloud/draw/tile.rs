@@ -5,7 +5,7 @@
 //! the whole front are not even projected. A pixel whose neighbours are all covered is opaque. Else subpixels, of it and of its
 //! neighbours, say whether a disc covers them, and the pixel's Gaussian sums them.
 
-use fearless_simd::f32x16;
+use fearless_simd::{f32x4, f32x16};
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 use resample_core::narrow::single;
@@ -13,7 +13,6 @@ use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::sort::{entry_index, entry_key, sort_by_depth};
 use resample_core::tile::{MAX_CHUNK_LEN, TILE_AREA, TILE_PX};
 
-use crate::cloud::discs::prepare::NO_DISC;
 use crate::cloud::draw::blend::{Blended, Block, blended};
 use crate::cloud::draw::listed::Listed;
 use crate::cloud::draw::project::{APRON_PX, BLOCK_PX, Gathered, project};
@@ -24,8 +23,8 @@ use crate::cloud::lanes::{LANES, Lanes};
 /// Side of the tile with its apron, px.
 const SIDE: usize = TILE_PX + 2 * APRON_PX;
 
-/// Columns of a row of the front: two vectors.
-const STRIDE: usize = 2 * LANES;
+/// Columns of a row of the front.
+const STRIDE: usize = SIDE + PATCH_PX;
 
 /// Blocks of a tile.
 const BLOCKS: usize = TILE_AREA / LANES;
@@ -34,22 +33,26 @@ const BLOCKS: usize = TILE_AREA / LANES;
 /// that times the greatest density of the pixel's Gaussian, 0.8 per px: 0.1.
 const MOST_SUB: usize = 8;
 
-/// Discs that are projected between two looks for the farthest front.
-const BATCH: usize = 4 * LANES;
+/// Groups of discs that are projected between two looks for the farthest front.
+const BATCH: usize = 4;
 
-/// The columns of a row of the front, px from the tile's first corner.
-const COLUMNS: [Lanes; 2] = {
-    let mut columns = [[0.0; LANES]; 2];
-    let mut at = 0;
-    while at < STRIDE {
-        columns[at / LANES][at % LANES] = at as f32 + 0.5 - APRON_PX as f32;
-        at += 1;
+/// Rows and columns of pixels that are taken at once where a disc is put on the front.
+const PATCH_PX: usize = 4;
+
+/// The pixels of a patch, from the middle of its first.
+const PATCH: [Lanes; 2] = {
+    let mut places = [[0.0; LANES]; 2];
+    let mut lane = 0;
+    while lane < LANES {
+        places[0][lane] = (lane % PATCH_PX) as f32;
+        places[1][lane] = (lane / PATCH_PX) as f32;
+        lane += 1;
     }
-    columns
+    places
 };
 
-/// A value of each pixel of the tile with its apron.
-type Plane = [[f32; STRIDE]; SIDE];
+/// A value of each pixel of the tile with its apron; patches may reach past its ends.
+type Plane = [[f32; STRIDE]; SIDE + PATCH_PX];
 
 /// The buffers of a tile.
 #[derive(Clone, Debug)]
@@ -135,7 +138,7 @@ impl TileScratch {
             gathered: Gathered::new(),
             splats: Vec::new(),
             of_block: std::array::from_fn(|_| Vec::new()),
-            front: [[f32::INFINITY; STRIDE]; SIDE],
+            front: [[f32::INFINITY; STRIDE]; SIDE + PATCH_PX],
             masks: [[0; SIDE]; SIDE],
             alpha: [1.0; TILE_AREA],
             sub,
@@ -290,7 +293,7 @@ pub(crate) fn draw_tile<'a, S: Simd>(
     }
     sort_by_depth(&mut scratch.entries, &mut scratch.sorted);
     let place = TilePlace::new(tile.map(usize::from), view.size);
-    scratch.front = [[f32::INFINITY; STRIDE]; SIDE];
+    scratch.front = [[f32::INFINITY; STRIDE]; SIDE + PATCH_PX];
     scratch.splats.clear();
     find_front(simd, view, listed, &place, scratch);
     let needed = scratch.rims(&place);
@@ -325,16 +328,20 @@ fn find_front<S: Simd>(
     scratch: &mut TileScratch,
 ) {
     let mut far = f32::INFINITY;
-    let mut numbers = [0; BATCH];
     let mut entries = scratch.entries.iter();
     loop {
+        let known = scratch.splats.len();
         let mut count = 0;
         for &entry in entries.by_ref() {
             if f32::from_bits(entry_key(entry)) > far {
                 continue;
             }
             let index = entry_index(entry) as usize;
-            numbers[count] = listed.chunks[index / MAX_CHUNK_LEN].primitives[index % MAX_CHUNK_LEN];
+            let number = listed.chunks[index / MAX_CHUNK_LEN].primitives[index % MAX_CHUNK_LEN];
+            let group = &view.groups.groups[number as usize];
+            scratch.gathered.fill(view, group);
+            let to = &mut scratch.splats;
+            project(simd, view, (place.first, far), &scratch.gathered, to);
             count += 1;
             if count == BATCH {
                 break;
@@ -342,23 +349,6 @@ fn find_front<S: Simd>(
         }
         if count == 0 {
             break;
-        }
-        // They lie far apart in memory, and are fetched together.
-        let mut fetched = [NO_DISC; BATCH];
-        for (to, &number) in fetched.iter_mut().zip(&numbers[..count]) {
-            *to = view.discs[number as usize];
-        }
-        let groups = numbers[..count].chunks(LANES).zip(fetched.chunks(LANES));
-        let known = scratch.splats.len();
-        for (numbers, discs) in groups {
-            scratch.gathered.fill(view, numbers, discs);
-            project(
-                simd,
-                view,
-                place.first,
-                &scratch.gathered,
-                &mut scratch.splats,
-            );
         }
         lower_front(simd, view, &scratch.splats[known..], &mut scratch.front);
         far = farthest(place, &scratch.front);
@@ -384,24 +374,37 @@ fn farthest(place: &TilePlace, front: &Plane) -> f32 {
 /// Lowers the front to where discs are, at the pixels whose centres they cover.
 #[simd]
 fn lower_front<S: Simd>(simd: S, view: &View, splats: &[Splat], front: &mut Plane) {
-    let columns = [
-        f32x16::from_slice(simd, &COLUMNS[0]),
-        f32x16::from_slice(simd, &COLUMNS[1]),
-    ];
+    let patch = PATCH.map(|places| f32x16::from_slice(simd, &places));
     for disc in splats {
         let [x0, y0, x1, y1] = disc.disc_box.map(|edge| edge as usize);
-        for (row, lanes) in front.iter_mut().enumerate().take(y1).skip(y0) {
-            let dy = row as f32 + 0.5 - APRON_PX as f32 - disc.at[1];
-            for half in x0 / LANES..x1.div_ceil(LANES) {
-                let (dx, dy) = (columns[half] - disc.at[0], f32x16::splat(simd, dy));
+        let offset = |first: usize, axis: usize| {
+            patch[axis] + (first as f32 + (0.5 - APRON_PX as f32) - disc.at[axis])
+        };
+        for y in (y0..y1).step_by(PATCH_PX) {
+            for x in (x0..x1).step_by(PATCH_PX) {
+                let (dx, dy) = (offset(x, 0), offset(y, 1));
                 let met = disc.met(simd, view.projection, [dx, dy]);
                 let covers = disc.covers(simd, &met, [dx, dy]);
-                let lanes = &mut lanes[LANES * half..][..LANES];
-                let old = f32x16::from_slice(simd, lanes);
-                let new = old.min(met.z + disc.tolerance);
-                covers.select(new, old).store_slice(lanes);
+                let new = covers.select(met.z + disc.tolerance, f32x16::splat(simd, f32::INFINITY));
+                lower(simd, front, [x, y], new);
             }
         }
+    }
+}
+
+/// Lowers the front in a patch.
+#[inline(always)]
+fn lower<S: Simd>(simd: S, front: &mut Plane, [x, y]: [usize; 2], new: f32x16<S>) {
+    let rows: &mut [[f32; STRIDE]; PATCH_PX] = match front[y..].first_chunk_mut() {
+        Some(rows) => rows,
+        None => return,
+    };
+    let (top, bottom) = new.split();
+    let (first, second) = top.split();
+    let (third, fourth) = bottom.split();
+    for (row, new) in rows.iter_mut().zip([first, second, third, fourth]) {
+        let to = &mut row[x..x + PATCH_PX];
+        f32x4::from_slice(simd, to).min(new).store_slice(to);
     }
 }
 

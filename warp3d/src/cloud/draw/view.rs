@@ -13,11 +13,12 @@ use resample_core::simd::Vectors;
 use resample_core::{Camera, Projection};
 
 use crate::cloud::discs::prepare::{Disc, Prepared};
+use crate::cloud::draw::groups::{Group, Groups};
 use crate::cloud::lanes::{Lanes, Triple, loaded};
 use crate::cloud::options::CloudOptions;
 
-/// Discs of a block; neighbours, since discs are in the order of a tree.
-const BLOCK: usize = 256;
+/// Drawn discs of a block; neighbours, since discs are in the order of a tree.
+pub(crate) const BLOCK: usize = 256;
 
 /// The first disc of a block.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,6 +31,7 @@ struct Base {
 #[derive(Clone, Debug)]
 pub(crate) struct View<'a> {
     pub(crate) discs: &'a [Disc],
+    pub(crate) groups: &'a Groups,
     bases: Vec<Base>,
     pub(crate) projection: Projection,
     /// Width and height of the picture, px.
@@ -65,6 +67,7 @@ pub(crate) struct Middles<S: Simd> {
 impl<'a> View<'a> {
     pub(crate) fn new(
         prepared: &'a Prepared,
+        groups: &'a Groups,
         camera: &Camera,
         options: &'a CloudOptions,
         level: Vectors,
@@ -82,7 +85,12 @@ impl<'a> View<'a> {
         let linear = |code: usize| linear_from_srgb(code as f32 / 255.0);
         Self {
             discs: &prepared.discs,
-            bases: prepared.discs.par_chunks(BLOCK).map(base).collect(),
+            groups,
+            bases: prepared
+                .discs
+                .par_chunks(BLOCK * groups.every)
+                .map(base)
+                .collect(),
             projection: camera.projection,
             size: [camera.width as usize, camera.height as usize],
             rows: [0, 1, 2].map(|row| singles(pose.matrix3.row(row))),
@@ -97,15 +105,11 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The offset of the disc of this number from the first one of its block, and that one's place in camera space.
+    /// The first disc of the block of a group: its place, and that in camera space.
     #[inline(always)]
-    pub(crate) fn placed(&self, number: usize, disc: &Disc) -> ([f32; 3], [f32; 3]) {
-        let (base, at) = (&self.bases[number / BLOCK], &disc.position);
-        let from = base.in_disc_space;
-        (
-            [at[0] - from[0], at[1] - from[1], at[2] - from[2]],
-            base.in_camera,
-        )
+    pub(crate) fn base(&self, group: &Group) -> ([f32; 3], [f32; 3]) {
+        let base = &self.bases[group.first as usize / (BLOCK * self.groups.every)];
+        (base.in_disc_space, base.in_camera)
     }
 
     /// Turns vectors into camera space.
@@ -120,17 +124,17 @@ impl<'a> View<'a> {
         [row(first), row(second), row(third)]
     }
 
-    /// Where discs lie, from what [`View::placed`] says of each; on the screen relative to `from`, px.
+    /// Where discs lie, from the offsets from the first discs of their blocks and from the places of those; on the screen relative to `from`, px.
     #[inline(always)]
     pub(crate) fn middles<S: Simd>(
         &self,
         simd: S,
         offset: &[Lanes; 3],
-        base: &[Lanes; 3],
+        base: &Triple<S>,
         from: [f64; 2],
     ) -> Middles<S> {
         let splat = |value: f32| f32x16::splat(simd, value);
-        let (turned, base) = (self.turned(simd, offset), loaded(simd, base));
+        let turned = self.turned(simd, offset);
         let place = [
             turned[0] + base[0],
             turned[1] + base[1],
