@@ -4,12 +4,13 @@ use rayon::prelude::*;
 use resample_core::clock::StageClock;
 use resample_core::narrow::side;
 use resample_core::simd::SimdLevel;
-use resample_core::tile::TILE_PX;
+use resample_core::tile;
 use resample_core::{Camera, Image, dispatch};
 
 use crate::cloud::discs::prepare::{Disc, LeftOut, Prepared};
 use crate::cloud::draw::groups::Groups;
 use crate::cloud::draw::listed::Listed;
+use crate::cloud::draw::project::TILE_PX;
 use crate::cloud::draw::tile::{EMPTY, Pixel, TileScratch, draw_tile};
 use crate::cloud::draw::view::View;
 use crate::cloud::options::CloudOptions;
@@ -54,7 +55,7 @@ pub struct CloudStats {
 
 /// A part of a picture that begins at edges of tiles.
 struct Window {
-    first_tile: [usize; 2],
+    first: [usize; 2],
     /// Width and height, px.
     size: [usize; 2],
 }
@@ -64,16 +65,18 @@ impl Window {
         let whole = [camera.width as usize, camera.height as usize];
         let is_inside = (0..2).all(|axis| {
             let end = first[axis].checked_add(size[axis]);
-            first[axis].is_multiple_of(TILE_PX) && end.is_some_and(|end| end <= whole[axis])
+            first[axis].is_multiple_of(tile::TILE_PX) && end.is_some_and(|end| end <= whole[axis])
         });
         if !is_inside {
             return Err(Error::Option(format!(
-                "a window of {size:?} pixels from {first:?} on is not inside of {}x{}, or begins within {TILE_PX} pixels",
-                whole[0], whole[1]
+                "a window of {size:?} pixels from {first:?} on is not inside of {}x{}, or begins within {} pixels",
+                whole[0],
+                whole[1],
+                tile::TILE_PX
             )));
         }
         Ok(Self {
-            first_tile: first.map(|place| place / TILE_PX),
+            first,
             size,
         })
     }
@@ -125,7 +128,7 @@ impl CloudRenderer {
     }
 
     /// A window of the picture from `camera`: the pixels that the whole picture has there. It begins at edges of tiles
-    /// ([`TILE_PX`]).
+    /// ([`tile::TILE_PX`]).
     ///
     /// # Errors
     /// The camera is invalid, or the window does not begin at edges of tiles or leaves the picture.
@@ -170,23 +173,16 @@ fn draw(view: &View, listed: &Listed, window: &Window) -> Image {
     let [width, height] = window.size;
     let mut image = Image::transparent(width, height);
     let mut depth = vec![EMPTY.depth; width * height];
-    let rows = image
-        .rgba
-        .par_chunks_mut(TILE_PX * width)
-        .zip(depth.par_chunks_mut(TILE_PX * width))
-        .enumerate();
-    rows.for_each_init(
+    window.bands(&mut image.rgba, &mut depth).for_each_init(
         || Box::new(TileScratch::new(view.options.subpixels as usize)),
-        |scratch, (row, (rgba, depth))| {
-            for column in 0..width.div_ceil(TILE_PX) {
-                let tile = [
-                    side(window.first_tile[0] + column),
-                    side(window.first_tile[1] + row),
-                ];
+        |scratch, mut band| {
+            let [first, end] = [window.first[0], window.first[0] + width];
+            for column in first / TILE_PX..end.div_ceil(TILE_PX) {
+                let tile = [column, band.first_row / TILE_PX].map(side);
                 let pixels =
                     dispatch!(view.level, simd => draw_tile(simd, view, listed, tile, scratch));
                 if let Some(pixels) = pixels {
-                    put(pixels, column * TILE_PX, width, rgba, depth);
+                    band.put(pixels, column * TILE_PX, [first, end]);
                 }
             }
         },
@@ -195,14 +191,55 @@ fn draw(view: &View, listed: &Listed, window: &Window) -> Image {
     image
 }
 
-/// Puts a tile into its rows of the picture, from this column on.
-fn put(pixels: &[Pixel], first: usize, width: usize, rgba: &mut [[f32; 4]], depth: &mut [f32]) {
-    let shown = TILE_PX.min(width - first);
-    let rows = rgba.chunks_mut(width).zip(depth.chunks_mut(width));
-    for (pixels, (rgba, depth)) in pixels.chunks(TILE_PX).zip(rows) {
-        for (i, pixel) in pixels[..shown].iter().enumerate() {
-            rgba[first + i] = pixel.rgba;
-            depth[first + i] = pixel.depth;
+/// The rows of a window that lie in one row of tiles.
+struct Band<'a> {
+    /// The first row, of the picture.
+    first_row: usize,
+    rgba: &'a mut [[f32; 4]],
+    depth: &'a mut [f32],
+}
+
+impl Window {
+    /// Takes a window's pixels apart into bands. The first and the last may be cut.
+    fn bands<'a>(
+        &self,
+        mut rgba: &'a mut [[f32; 4]],
+        mut depth: &'a mut [f32],
+    ) -> impl ParallelIterator<Item = Band<'a>> {
+        let mut bands = Vec::new();
+        let (mut row, end) = (self.first[1], self.first[1] + self.size[1]);
+        while row < end {
+            let rows = (TILE_PX - row % TILE_PX).min(end - row);
+            let (colours, other_colours) = rgba.split_at_mut(rows * self.size[0]);
+            let (depths, other_depths) = depth.split_at_mut(rows * self.size[0]);
+            bands.push(Band {
+                first_row: row,
+                rgba: colours,
+                depth: depths,
+            });
+            (rgba, depth) = (other_colours, other_depths);
+            row += rows;
+        }
+        bands.into_par_iter()
+    }
+}
+
+impl Band<'_> {
+    /// Puts a tile, whose first column is given, into a window of these columns.
+    fn put(&mut self, pixels: &[Pixel], column: usize, [first, end]: [usize; 2]) {
+        let width = end - first;
+        let columns = column.max(first)..(column + TILE_PX).min(end);
+        let rows = pixels.chunks(TILE_PX).skip(self.first_row % TILE_PX);
+        let to = self
+            .rgba
+            .chunks_mut(width)
+            .zip(self.depth.chunks_mut(width));
+        for (pixels, (rgba, depth)) in rows.zip(to) {
+            for place in columns.clone() {
+                let pixel = &pixels[place - column];
+                rgba[place - first] = pixel.rgba;
+                depth[place - first] = pixel.depth;
+            }
         }
     }
 }

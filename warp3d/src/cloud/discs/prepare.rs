@@ -97,7 +97,7 @@ fn limits() -> Limits {
 }
 
 /// In place of a disc that is not made yet.
-const NO_DISC: Disc = Disc {
+pub(crate) const NO_DISC: Disc = Disc {
     position: [0.0; 3],
     normal: [0.0; 3],
     cut: [0.0; 3],

@@ -9,13 +9,13 @@ use fearless_simd_macros::simd;
 use rayon::prelude::*;
 use resample_core::Projection;
 use resample_core::dispatch;
-use resample_core::narrow::{side, single};
-use resample_core::point::PIXEL_SIGMA_PX;
+use resample_core::narrow::side;
 use resample_core::sort::depth_key;
-use resample_core::tile::{ChunkBins, MAX_CHUNK_LEN, TileGrid};
+use resample_core::tile::{ChunkBins, MAX_CHUNK_LEN, TileRect};
 
+use crate::cloud::draw::bounds::Balls;
 use crate::cloud::draw::groups::Group;
-use crate::cloud::draw::project::{APRON_PX, LEAST_HALF_AXIS_PX, MOST_REACH_PX, REACH_SIGMAS};
+use crate::cloud::draw::project::TILE_PX;
 use crate::cloud::draw::view::View;
 use crate::cloud::lanes::{LANES, Lanes, loaded};
 
@@ -26,7 +26,7 @@ pub(crate) struct Listed {
 }
 
 /// Places and sizes of discs, or of groups of them.
-struct Balls {
+struct Sizes {
     offset: [Lanes; 3],
     base: [Lanes; 3],
     /// Distance of the farthest disc's middle from a group's; 0 for discs.
@@ -47,7 +47,7 @@ struct Reached {
     nearest: Lanes,
 }
 
-impl Balls {
+impl Sizes {
     fn new() -> Self {
         Self {
             offset: [[0.0; LANES]; 3],
@@ -112,14 +112,13 @@ impl Listed {
 /// Adds the groups of a chunk.
 #[simd]
 fn list<S: Simd>(simd: S, view: &View, chunk: usize, bins: &mut ChunkBins<u32>) {
-    let grid = TileGrid::new(view.size[0], view.size[1]);
     let all = &view.groups.groups;
     let first = chunk * MAX_CHUNK_LEN;
     let end = (first + MAX_CHUNK_LEN).min(all.len());
-    let (mut balls, mut own) = (Balls::new(), Balls::new());
+    let (mut sizes, mut own) = (Sizes::new(), Sizes::new());
     for (row, groups) in all[first..end].chunks(LANES).enumerate() {
-        balls.fill_groups(view, groups);
-        let reached = reached(simd, view, &balls);
+        sizes.fill_groups(view, groups);
+        let reached = reached(simd, view, &sizes);
         let mut found = reached.seen | reached.near;
         found &= u64::MAX >> (64 - groups.len());
         while found != 0 {
@@ -136,9 +135,15 @@ fn list<S: Simd>(simd: S, view: &View, chunk: usize, bins: &mut ChunkBins<u32>) 
                     None => continue,
                 }
             };
-            let columns = [side(x0 as usize), side(x1 as usize)];
-            let rows = [side(y0 as usize), side(y1 as usize)];
-            bins.push(number, depth_key(nearest), grid.rect(columns, rows));
+            let first = |pixel: u32| side(pixel as usize / TILE_PX);
+            let end = |pixel: u32| side((pixel as usize).div_ceil(TILE_PX));
+            let rect = TileRect {
+                x0: first(x0),
+                x1: end(x1),
+                y0: first(y0),
+                y1: end(y1),
+            };
+            bins.push(number, depth_key(nearest), rect);
         }
     }
 }
@@ -147,7 +152,7 @@ fn list<S: Simd>(simd: S, view: &View, chunk: usize, bins: &mut ChunkBins<u32>) 
 fn together<S: Simd>(
     simd: S,
     view: &View,
-    discs: &Balls,
+    discs: &Sizes,
     count: usize,
 ) -> Option<([u32; 4], f32)> {
     let reached = reached(simd, view, discs);
@@ -164,56 +169,32 @@ fn together<S: Simd>(
 
 /// Where discs or groups are seen. What reaches behind the near plane counts as `near` only if it has a reach of its own.
 #[simd]
-fn reached<S: Simd>(simd: S, view: &View, balls: &Balls) -> Reached {
+fn reached<S: Simd>(simd: S, view: &View, sizes: &Sizes) -> Reached {
     let splat = |value: f32| f32x16::splat(simd, value);
     let load = |values: &Lanes| f32x16::from_slice(simd, values);
-    let middles = view.middles(simd, &balls.offset, &loaded(simd, &balls.base), [0.0; 2]);
-    let z = middles.place[2];
-    let larger = splat(view.larger);
-    let reach = load(&balls.reach);
-    let radius = load(&balls.radius) * larger;
-    let spacing = load(&balls.spacing) * larger;
-    let sigma =
-        (spacing * single(view.options.sigma_spacings)).max(radius * single(1.0 / REACH_SIGMAS));
+    let place = view.places(simd, &sizes.offset, &loaded(simd, &sizes.base));
+    let (reach, radius) = (load(&sizes.reach), load(&sizes.radius));
+    let middles = view.middles(simd, place, [0.0; 2]);
+    let balls = Balls::new(simd, view, middles, [reach, radius, load(&sizes.spacing)]);
+    let bounds = balls.bounds(simd, view);
     let (zero, near) = (splat(0.0), splat(view.near));
-    let nearest = z - reach - radius;
-    let is_group = reach.simd_gt(zero);
-    // What is nearer than the middle is larger on the screen, and a group's rays may be longer than its middle's.
-    let (grown, longer, behind) = match view.projection {
-        Projection::Perspective => (
-            z / nearest.max(near),
-            z / (z - reach).max(near),
-            is_group & nearest.simd_le(near) & (z + reach).simd_gt(near),
-        ),
-        Projection::Orthographic => {
-            let one = splat(1.0);
-            (one, one, mask32x16::splat(simd, false))
-        }
+    let mut seen = (place[2] + reach).simd_gt(near);
+    let behind = match view.projection {
+        Projection::Perspective => reach.simd_gt(zero) & bounds.nearest.simd_le(near) & seen,
+        Projection::Orthographic => mask32x16::splat(simd, false),
     };
-    let most = splat(MOST_REACH_PX);
-    let pixel = splat(single(PIXEL_SIGMA_PX * PIXEL_SIGMA_PX));
-    let edge = splat(LEAST_HALF_AXIS_PX * LEAST_HALF_AXIS_PX);
-    let mut seen = (z + reach).simd_gt(near);
     let mut boxes = [[0; LANES]; 4];
     for axis in 0..2 {
-        let (at, ray) = (middles.at[axis], middles.ray[axis]);
-        let unit = ray.mul_add(ray, splat(1.0)).sqrt() * middles.scale * view.focal[axis];
-        let (blend, disc) = (sigma * unit, radius * unit);
-        let blend = blend.mul_add(blend, pixel).sqrt() * grown * longer * single(REACH_SIGMAS);
-        let disc = disc.mul_add(disc, edge).sqrt() * grown * longer;
-        // A little more, for rounding; the disc's neighbouring pixels count.
-        let margin = APRON_PX as f32 + 0.01;
-        let own = (blend.min(most) + margin).max(disc.min(most) + (margin + 1.0));
-        let far = (reach * unit).mul_add(grown, own);
+        let (at, reach) = (balls.middles.at[axis], bounds.reach[axis]);
         let size = splat(view.size[axis] as f32);
-        let low = (at - far - 0.5).ceil().max(zero).min(size);
-        let high = ((at + far - 0.5).floor() + 1.0).max(zero).min(size);
+        let low = (at - reach - 0.5).ceil().max(zero).min(size);
+        let high = ((at + reach - 0.5).floor() + 1.0).max(zero).min(size);
         seen &= high.simd_gt(low);
         low.to_int::<u32x16<S>>().store_slice(&mut boxes[axis]);
         high.to_int::<u32x16<S>>().store_slice(&mut boxes[axis + 2]);
     }
     let mut depths = [0.0; LANES];
-    nearest.max(zero).store_slice(&mut depths);
+    bounds.nearest.max(zero).store_slice(&mut depths);
     Reached {
         seen: seen.to_bitmask(),
         near: behind.to_bitmask(),

@@ -11,9 +11,8 @@ use resample_core::Projection;
 use resample_core::light::{AMBIENT, DIFFUSE};
 use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
-use resample_core::tile::TILE_PX;
 
-use crate::cloud::draw::groups::Group;
+use crate::cloud::discs::prepare::Disc;
 use crate::cloud::draw::splat::Splat;
 use crate::cloud::draw::view::{Middles, View};
 use crate::cloud::lanes::{LANES, Lanes, Triple, dot, loaded};
@@ -21,6 +20,9 @@ use crate::cloud::options::Shade;
 
 /// Footprints of the blend end at this many standard deviations, where a weight is 1/50 of that in the middle.
 pub(crate) const REACH_SIGMAS: f64 = 2.8;
+
+/// Side of a tile, px. Half of the discs near a tile of 16 px lie in its neighbours, too; a larger one looks farther for what hides a disc.
+pub(crate) const TILE_PX: usize = 32;
 
 /// A tile also needs the pixels around it: the pixel's Gaussian reaches 1.5 px.
 pub(crate) const APRON_PX: usize = 1;
@@ -47,12 +49,11 @@ const THICKNESS_SIGMAS: f32 = 4.0;
 /// Screen area of a disc that is seen edge-on, px^2: something of its colour remains. A guess.
 const LEAST_AREA_PX2: f32 = 1e-6;
 
-/// The discs of a group.
+/// Discs that are projected together.
 #[derive(Clone, Debug)]
 pub(crate) struct Gathered {
     count: usize,
-    offset: [Lanes; 3],
-    base: [f32; 3],
+    place: [Lanes; 3],
     normal: [Lanes; 3],
     cut: [Lanes; 3],
     radius: Lanes,
@@ -84,8 +85,7 @@ impl Gathered {
         const NONE: Lanes = [0.0; LANES];
         Self {
             count: 0,
-            offset: [NONE; 3],
-            base: [0.0; 3],
+            place: [NONE; 3],
             normal: [NONE; 3],
             cut: [NONE; 3],
             radius: NONE,
@@ -95,24 +95,32 @@ impl Gathered {
         }
     }
 
-    /// Takes up the discs of a group.
+    /// Takes up a disc at this place in camera space; there is room for 16.
     #[inline(always)]
-    pub(crate) fn fill(&mut self, view: &View, group: &Group) {
-        self.count = group.count as usize;
-        let (from, base) = view.base(group);
-        self.base = base;
-        let discs = view.groups.discs(view.discs, group);
-        for (lane, disc) in discs.take(LANES).enumerate() {
-            for axis in 0..3 {
-                self.offset[axis][lane] = disc.position[axis] - from[axis];
-                self.normal[axis][lane] = disc.normal[axis];
-                self.cut[axis][lane] = disc.cut[axis];
-            }
-            self.radius[lane] = disc.radius;
-            self.spacing[lane] = disc.spacing;
-            self.thickness[lane] = disc.thickness;
-            self.colour[lane] = disc.colour;
+    pub(crate) fn push(&mut self, disc: &Disc, place: [f32; 3]) {
+        let lane = self.count % LANES;
+        for axis in 0..3 {
+            self.place[axis][lane] = place[axis];
+            self.normal[axis][lane] = disc.normal[axis];
+            self.cut[axis][lane] = disc.cut[axis];
         }
+        self.radius[lane] = disc.radius;
+        self.spacing[lane] = disc.spacing;
+        self.thickness[lane] = disc.thickness;
+        self.colour[lane] = disc.colour;
+        self.count = lane + 1;
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    pub(crate) fn is_full(&self) -> bool {
+        self.count == LANES
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.count = 0;
     }
 }
 
@@ -134,8 +142,9 @@ pub(crate) fn project<S: Simd>(
         let light = found.light[lane];
         let [x0, y0, x1, y1] = [0, 1, 2, 3].map(|i: usize| found.blend_box[i][lane]);
         let blocks = if x0 <= x1 {
-            let columns = (0b10u16 << x1) - (1u16 << x0);
-            (y0..=y1).fold(0, |all, y| all | columns << (4 * y))
+            let columns = (0b10u64 << x1) - (1u64 << x0);
+            let across = (TILE_PX / BLOCK_PX) as u32;
+            (y0..=y1).fold(0, |all, y| all | columns << (across * y))
         } else {
             0
         };
@@ -180,7 +189,7 @@ fn projected<S: Simd>(
     let load = |values: &Lanes| f32x16::from_slice(simd, values);
     let (zero, one) = (splat(0.0), splat(1.0));
     let from = [first[0] as f64, first[1] as f64];
-    let middles = view.middles(simd, &discs.offset, &discs.base.map(splat), from);
+    let middles = view.middles(simd, loaded(simd, &discs.place), from);
     let Middles {
         place,
         ray,
@@ -210,9 +219,7 @@ fn projected<S: Simd>(
     let larger = splat(view.larger);
     let radius = load(&discs.radius) * larger;
     let spacing = load(&discs.spacing) * larger;
-    // The blend reaches wherever the disc covers.
-    let sigma =
-        (spacing * single(view.options.sigma_spacings)).max(radius * single(1.0 / REACH_SIGMAS));
+    let sigma = view.sigma(spacing, radius);
     let shape = Shape::of(simd, view.focal, &ray, &normal, across);
     let pixel = single(PIXEL_SIGMA_PX * PIXEL_SIGMA_PX);
     let blurred = shape.covariance(simd, sigma * scale, pixel);

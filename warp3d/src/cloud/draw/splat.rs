@@ -35,7 +35,7 @@ pub(crate) struct Splat {
     /// Column and row, and the ends, of the disc in the tile with its apron.
     pub(crate) disc_box: [u32; 4],
     /// Blocks of the tile that the blend's footprint touches.
-    pub(crate) blocks: u16,
+    pub(crate) blocks: u64,
 }
 
 /// Discs at one pixel each: depth and, for perspective, that over the depth of the disc's middle.

@@ -1,4 +1,4 @@
-//! One tile of 16x16 px, with an apron: visibility, then the blend, then coverage.
+//! One tile, with an apron: visibility, then the blend, then coverage.
 //!
 //! Takes the discs of a tile, nearest first, returns colour and depth of its pixels. The front is, at each pixel, the least depth of
 //! a disc there plus the disc's tolerance; a disc before it belongs to the visible surface, and all that do are blended. Discs behind
@@ -11,11 +11,12 @@ use fearless_simd_macros::simd;
 use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::sort::{entry_index, entry_key, sort_by_depth};
-use resample_core::tile::{MAX_CHUNK_LEN, TILE_AREA, TILE_PX};
+use resample_core::tile::MAX_CHUNK_LEN;
 
 use crate::cloud::draw::blend::{Blended, Block, blended};
+use crate::cloud::draw::choice::Fetched;
 use crate::cloud::draw::listed::Listed;
-use crate::cloud::draw::project::{APRON_PX, BLOCK_PX, Gathered, project};
+use crate::cloud::draw::project::{APRON_PX, BLOCK_PX, Gathered, TILE_PX, project};
 use crate::cloud::draw::splat::Splat;
 use crate::cloud::draw::view::View;
 use crate::cloud::lanes::{LANES, Lanes};
@@ -26,6 +27,9 @@ const SIDE: usize = TILE_PX + 2 * APRON_PX;
 /// Columns of a row of the front.
 const STRIDE: usize = SIDE + PATCH_PX;
 
+/// Pixels of a tile.
+const TILE_AREA: usize = TILE_PX * TILE_PX;
+
 /// Blocks of a tile.
 const BLOCKS: usize = TILE_AREA / LANES;
 
@@ -33,8 +37,8 @@ const BLOCKS: usize = TILE_AREA / LANES;
 /// that times the greatest density of the pixel's Gaussian, 0.8 per px: 0.1.
 const MOST_SUB: usize = 8;
 
-/// Groups of discs that are projected between two looks for the farthest front.
-const BATCH: usize = 4;
+/// Groups that are fetched between two looks for the farthest front.
+const BATCH: usize = 6;
 
 /// Rows and columns of pixels that are taken at once where a disc is put on the front.
 const PATCH_PX: usize = 4;
@@ -59,6 +63,7 @@ type Plane = [[f32; STRIDE]; SIDE + PATCH_PX];
 pub(crate) struct TileScratch {
     entries: Vec<u64>,
     sorted: Vec<u64>,
+    fetched: [Fetched; BATCH],
     gathered: Gathered,
     splats: Vec<Splat>,
     of_block: [Vec<u32>; BLOCKS],
@@ -135,6 +140,7 @@ impl TileScratch {
         Self {
             entries: Vec::new(),
             sorted: Vec::new(),
+            fetched: std::array::from_fn(|_| Fetched::new()),
             gathered: Gathered::new(),
             splats: Vec::new(),
             of_block: std::array::from_fn(|_| Vec::new()),
@@ -146,6 +152,27 @@ impl TileScratch {
             kernel: std::array::from_fn(|i| single(weight(i) / sum)),
             pixels: Vec::new(),
         }
+    }
+
+    /// Fetches the next groups that are not farther than `far`; fewer than [`BATCH`] where there are no more. They lie far apart in
+    /// memory, and are waited for together.
+    fn fetch(
+        &mut self,
+        view: &View,
+        listed: &Listed,
+        entries: &mut std::slice::Iter<u64>,
+        far: f32,
+    ) -> usize {
+        let mut near = entries.filter(|entry| f32::from_bits(entry_key(**entry)) <= far);
+        for (count, to) in self.fetched.iter_mut().enumerate() {
+            let Some(&entry) = near.next() else {
+                return count;
+            };
+            let index = entry_index(entry) as usize;
+            let number = listed.chunks[index / MAX_CHUNK_LEN].primitives[index % MAX_CHUNK_LEN];
+            to.fill(view, &view.groups.groups[number as usize]);
+        }
+        BATCH
     }
 
     /// Where subpixels matter: within two pixels of an uncovered one. `None` where every pixel is covered.
@@ -197,6 +224,11 @@ impl TileScratch {
     fn alpha(&self, place: &TilePlace, x: usize, y: usize) -> f32 {
         let [[left, right], [top, bottom]] = place.inside;
         let (mut alpha, side) = (0.0, self.sub);
+        let near = self.masks[y..y + 3].iter().flat_map(|row| &row[x..x + 3]);
+        let whole = u64::MAX >> (64 - side * side);
+        if near.fold(whole, |all, mask| all & mask) == whole {
+            return 1.0;
+        }
         for row in 0..3 * side {
             let line = &self.masks[(y + row / side).clamp(top, bottom - 1)];
             let mut sum = 0.0;
@@ -273,7 +305,7 @@ fn pixel_of(block: usize, lane: usize) -> [usize; 2] {
     ]
 }
 
-/// Draws a tile: the pixels of its 16x16, in rows; `None` where no disc may be.
+/// Draws a tile: its pixels, in rows; `None` where no disc may be.
 #[simd]
 pub(crate) fn draw_tile<'a, S: Simd>(
     simd: S,
@@ -328,31 +360,41 @@ fn find_front<S: Simd>(
     scratch: &mut TileScratch,
 ) {
     let mut far = f32::INFINITY;
-    let mut entries = scratch.entries.iter();
+    let mut known = 0;
+    let entries = std::mem::take(&mut scratch.entries);
+    let mut rest = entries.iter();
+    scratch.gathered.clear();
     loop {
-        let known = scratch.splats.len();
-        let mut count = 0;
-        for &entry in entries.by_ref() {
-            if f32::from_bits(entry_key(entry)) > far {
-                continue;
+        let groups = scratch.fetch(view, listed, &mut rest, far);
+        for group in &scratch.fetched[..groups] {
+            let chosen = group.chosen(simd, view, place.first, far);
+            let mut needed = chosen.needed;
+            while needed != 0 {
+                let lane = needed.trailing_zeros() as usize % LANES;
+                needed &= needed - 1;
+                let [x, y, z] = &chosen.place;
+                let at = [x[lane], y[lane], z[lane]];
+                scratch.gathered.push(&group.discs()[lane], at);
+                if scratch.gathered.is_full() {
+                    let to = &mut scratch.splats;
+                    project(simd, view, (place.first, far), &scratch.gathered, to);
+                    scratch.gathered.clear();
+                }
             }
-            let index = entry_index(entry) as usize;
-            let number = listed.chunks[index / MAX_CHUNK_LEN].primitives[index % MAX_CHUNK_LEN];
-            let group = &view.groups.groups[number as usize];
-            scratch.gathered.fill(view, group);
+        }
+        let is_last = groups < BATCH;
+        if is_last && !scratch.gathered.is_empty() {
             let to = &mut scratch.splats;
             project(simd, view, (place.first, far), &scratch.gathered, to);
-            count += 1;
-            if count == BATCH {
-                break;
-            }
-        }
-        if count == 0 {
-            break;
         }
         lower_front(simd, view, &scratch.splats[known..], &mut scratch.front);
+        if is_last {
+            break;
+        }
         far = farthest(place, &scratch.front);
+        known = scratch.splats.len();
     }
+    scratch.entries = entries;
 }
 
 /// The farthest front of the pixels in the picture.

@@ -14,6 +14,7 @@ use resample_core::{Camera, Projection};
 
 use crate::cloud::discs::prepare::{Disc, Prepared};
 use crate::cloud::draw::groups::{Group, Groups};
+use crate::cloud::draw::project::REACH_SIGMAS;
 use crate::cloud::lanes::{Lanes, Triple, loaded};
 use crate::cloud::options::CloudOptions;
 
@@ -124,22 +125,38 @@ impl<'a> View<'a> {
         [row(first), row(second), row(third)]
     }
 
-    /// Where discs lie, from the offsets from the first discs of their blocks and from the places of those; on the screen relative to `from`, px.
+    /// Where discs lie in camera space, from the offsets from the first discs of their blocks and from the places of those.
     #[inline(always)]
-    pub(crate) fn middles<S: Simd>(
+    pub(crate) fn places<S: Simd>(
         &self,
         simd: S,
         offset: &[Lanes; 3],
         base: &Triple<S>,
-        from: [f64; 2],
-    ) -> Middles<S> {
-        let splat = |value: f32| f32x16::splat(simd, value);
+    ) -> Triple<S> {
         let turned = self.turned(simd, offset);
-        let place = [
+        [
             turned[0] + base[0],
             turned[1] + base[1],
             turned[2] + base[2],
-        ];
+        ]
+    }
+
+    /// Standard deviation of the blend of discs of these sizes: it reaches wherever the disc covers.
+    #[inline(always)]
+    pub(crate) fn sigma<S: Simd>(&self, spacing: f32x16<S>, radius: f32x16<S>) -> f32x16<S> {
+        let sigma = spacing * single(self.options.sigma_spacings);
+        sigma.max(radius * single(1.0 / REACH_SIGMAS))
+    }
+
+    /// Where places lie on the screen, relative to `from`, px.
+    #[inline(always)]
+    pub(crate) fn middles<S: Simd>(
+        &self,
+        simd: S,
+        place: Triple<S>,
+        from: [f64; 2],
+    ) -> Middles<S> {
+        let splat = |value: f32| f32x16::splat(simd, value);
         let (zero, one) = (splat(0.0), splat(1.0));
         let centre = [
             splat(single(self.centre[0] - from[0])),
