@@ -13,7 +13,7 @@ use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
 
 use crate::cloud::discs::prepare::Disc;
-use crate::cloud::draw::splat::Splat;
+use crate::cloud::draw::splat::{FLAT, Splat};
 use crate::cloud::draw::view::{Middles, View};
 use crate::cloud::lanes::{LANES, Lanes, Triple, dot, loaded};
 use crate::cloud::options::Shade;
@@ -70,6 +70,8 @@ struct Projected {
     depths: [Lanes; 2],
     tolerance: Lanes,
     slope: [Lanes; 2],
+    most_change: Lanes,
+    deeper: [Lanes; 2],
     gaussian: [Lanes; 3],
     disc: [Lanes; 3],
     cut: [Lanes; 2],
@@ -134,6 +136,11 @@ pub(crate) fn project<S: Simd>(
     to: &mut Vec<Splat>,
 ) {
     let found = projected(simd, view, (first, far), discs);
+    // The series of 1 / (1 - c) and of its square; a parallel picture has the plane itself.
+    let wider = match view.projection {
+        Projection::Perspective => [2.0, 3.0],
+        Projection::Orthographic => [0.0, 0.0],
+    };
     let mut seen = found.seen & u64::MAX >> (64 - discs.count.clamp(1, LANES));
     while seen != 0 {
         let lane = seen.trailing_zeros() as usize % LANES;
@@ -154,6 +161,9 @@ pub(crate) fn project<S: Simd>(
             depths: [pick(&found.depths[0]), pick(&found.depths[1])],
             tolerance: pick(&found.tolerance),
             slope: [pick(&found.slope[0]), pick(&found.slope[1])],
+            most_change: pick(&found.most_change),
+            deeper: [pick(&found.deeper[0]), pick(&found.deeper[1])],
+            wider,
             gaussian: [
                 pick(&found.gaussian[0]),
                 pick(&found.gaussian[1]),
@@ -228,9 +238,14 @@ fn projected<S: Simd>(
     let half_depth = radius * normal[0].mul_add(normal[0], normal[1] * normal[1]).sqrt();
     let nearest = z - half_depth;
     // A disc's near side is larger on the screen than its middle says.
-    let grown = match view.projection {
-        Projection::Perspective => z / nearest.max(splat(view.near)),
-        Projection::Orthographic => one,
+    let (grown, most_change, deeper) = match view.projection {
+        Projection::Perspective => {
+            let half = half_depth * scale;
+            let is_flat = half.simd_lt(splat(FLAT));
+            let grown = z / nearest.max(splat(view.near));
+            (grown, is_flat.select(half, splat(-1.0)), [z, z])
+        }
+        Projection::Orthographic => (one, half_depth, [one, zero]),
     };
     let area = (spacing * scale) * (spacing * scale) * shape.area;
     let weight = area.max(splat(LEAST_AREA_PX2))
@@ -251,6 +266,8 @@ fn projected<S: Simd>(
         depths: [lanes(nearest), lanes(z + half_depth)],
         tolerance: lanes(tolerance),
         slope: [lanes(slope[0]), lanes(slope[1])],
+        most_change: lanes(most_change),
+        deeper: [lanes(deeper[0]), lanes(deeper[1])],
         gaussian: inverse(simd, &blurred),
         disc: inverse(simd, &ellipse),
         cut: [lanes(cut[0]), lanes(cut[1])],

@@ -332,18 +332,18 @@ pub(crate) fn draw_tile<'a, S: Simd>(
     scratch.alpha.fill(1.0);
     if let Some(needed) = &needed {
         scratch.widen_front();
-        cover(simd, view, &place, needed, scratch);
+        cover(simd, &place, needed, scratch);
         scratch.find_alpha(&place);
     }
     let blocks = scratch.blocks();
     scratch.list_by_block(&blocks);
     scratch.pixels.clear();
     scratch.pixels.resize(TILE_AREA, EMPTY);
-    let how = (view.projection, view.options.blend);
+    let blend = view.options.blend;
     for (number, block) in blocks.iter().enumerate() {
         let touching = &scratch.of_block[number];
         if !touching.is_empty() {
-            let blended = blended(simd, block, how, &scratch.splats, touching);
+            let blended = blended(simd, block, blend, &scratch.splats, touching);
             scratch.put(number, &blended);
         }
     }
@@ -387,7 +387,7 @@ fn find_front<S: Simd>(
             let to = &mut scratch.splats;
             project(simd, view, (place.first, far), &scratch.gathered, to);
         }
-        lower_front(simd, view, &scratch.splats[known..], &mut scratch.front);
+        lower_front(simd, &scratch.splats[known..], &mut scratch.front);
         if is_last {
             break;
         }
@@ -415,7 +415,7 @@ fn farthest(place: &TilePlace, front: &Plane) -> f32 {
 
 /// Lowers the front to where discs are, at the pixels whose centres they cover.
 #[simd]
-fn lower_front<S: Simd>(simd: S, view: &View, splats: &[Splat], front: &mut Plane) {
+fn lower_front<S: Simd>(simd: S, splats: &[Splat], front: &mut Plane) {
     let patch = PATCH.map(|places| f32x16::from_slice(simd, &places));
     for disc in splats {
         let [x0, y0, x1, y1] = disc.disc_box.map(|edge| edge as usize);
@@ -425,7 +425,7 @@ fn lower_front<S: Simd>(simd: S, view: &View, splats: &[Splat], front: &mut Plan
         for y in (y0..y1).step_by(PATCH_PX) {
             for x in (x0..x1).step_by(PATCH_PX) {
                 let (dx, dy) = (offset(x, 0), offset(y, 1));
-                let met = disc.met(simd, view.projection, [dx, dy]);
+                let met = disc.met(simd, [dx, dy]);
                 let covers = disc.covers(simd, &met, [dx, dy]);
                 let new = covers.select(met.z + disc.tolerance, f32x16::splat(simd, f32::INFINITY));
                 lower(simd, front, [x, y], new);
@@ -454,7 +454,6 @@ fn lower<S: Simd>(simd: S, front: &mut Plane, [x, y]: [usize; 2], new: f32x16<S>
 #[simd]
 fn cover<S: Simd>(
     simd: S,
-    view: &View,
     place: &TilePlace,
     needed: &[[bool; SIDE]; SIDE],
     scratch: &mut TileScratch,
@@ -483,7 +482,7 @@ fn cover<S: Simd>(
                         from_centre + (offset[axis] - disc.at[axis])
                     };
                     let (dx, dy) = (place(0), place(1));
-                    let met = disc.met(simd, view.projection, [dx, dy]);
+                    let met = disc.met(simd, [dx, dy]);
                     let covered = disc.covers(simd, &met, [dx, dy]);
                     *mask |= covered.to_bitmask() << (LANES * group) & whole;
                 }
