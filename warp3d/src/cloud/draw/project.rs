@@ -147,14 +147,9 @@ pub(crate) fn project<S: Simd>(
         seen &= seen - 1;
         let pick = |values: &Lanes| values[lane];
         let light = found.light[lane];
-        let [x0, y0, x1, y1] = [0, 1, 2, 3].map(|i: usize| found.blend_box[i][lane]);
-        let blocks = if x0 <= x1 {
-            let columns = (0b10u64 << x1) - (1u64 << x0);
-            let across = (TILE_PX / BLOCK_PX) as u32;
-            (y0..=y1).fold(0, |all, y| all | columns << (across * y))
-        } else {
-            0
-        };
+        let [red, green, blue] = discs.colour[lane];
+        let [x0, y0, x1, y1] = &found.blend_box;
+        let blocks = blocks_of([x0[lane], y0[lane], x1[lane], y1[lane]]);
         to.push(Splat {
             at: [pick(&found.at[0]), pick(&found.at[1])],
             z: pick(&found.z),
@@ -176,7 +171,11 @@ pub(crate) fn project<S: Simd>(
             ],
             cut: [pick(&found.cut[0]), pick(&found.cut[1])],
             weight: pick(&found.weight),
-            rgb: discs.colour[lane].map(|code| light * view.linear[usize::from(code)]),
+            rgb: [
+                light * view.linear[usize::from(red)],
+                light * view.linear[usize::from(green)],
+                light * view.linear[usize::from(blue)],
+            ],
             disc_box: [
                 found.disc_box[0][lane],
                 found.disc_box[1][lane],
@@ -186,6 +185,19 @@ pub(crate) fn project<S: Simd>(
             blocks,
         });
     }
+}
+
+/// The blocks from these first column and row to these last ones, one bit each; the first lie after the last where there is no block.
+#[inline(always)]
+fn blocks_of([x0, y0, x1, y1]: [u32; 4]) -> u64 {
+    /// The first block of each row.
+    const STARTS: u64 = 0x0101_0101_0101_0101;
+    if x0 > x1 || y0 > y1 {
+        return 0;
+    }
+    let columns = (0b10 << x1) - (1 << x0);
+    let rows = STARTS >> (8 * (7 - (y1 - y0))) << (8 * y0);
+    columns * rows
 }
 
 #[simd]

@@ -416,9 +416,13 @@ fn farthest(place: &TilePlace, front: &Plane) -> f32 {
 /// Lowers the front to where discs are, at the pixels whose centres they cover.
 #[simd]
 fn lower_front<S: Simd>(simd: S, splats: &[Splat], front: &mut Plane) {
-    let patch = PATCH.map(|places| f32x16::from_slice(simd, &places));
+    let patch = [
+        f32x16::from_slice(simd, &PATCH[0]),
+        f32x16::from_slice(simd, &PATCH[1]),
+    ];
     for disc in splats {
-        let [x0, y0, x1, y1] = disc.disc_box.map(|edge| edge as usize);
+        let [x0, y0, x1, y1] = disc.disc_box;
+        let [x0, y0, x1, y1] = [x0 as usize, y0 as usize, x1 as usize, y1 as usize];
         let offset = |first: usize, axis: usize| {
             patch[axis] + (first as f32 + (0.5 - APRON_PX as f32) - disc.at[axis])
         };
