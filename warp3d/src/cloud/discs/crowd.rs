@@ -8,7 +8,7 @@ use fearless_simd::{f32x16, u32x16};
 use fearless_simd_macros::simd;
 use glam::Vec3;
 
-use crate::cloud::discs::cells::Tree;
+use crate::cloud::discs::cells::{LEAF, Place, Tree};
 use crate::cloud::lanes::{LANES, Lanes};
 
 /// Points of a fit, the point itself among them: two rings around it on a grid have 8 and 16. A guess.
@@ -27,21 +27,80 @@ const MOST_WITHIN: usize = 64;
 /// The bits of a key that hold the place.
 const PLACE_BITS: u32 = 63;
 
+/// Most leaves that are gathered for a row.
+const MOST_LEAVES: usize = MOST_GATHERED / LEAF;
+
 /// The nearest neighbours of sixteen points.
 #[derive(Clone, Debug)]
 pub(crate) struct Crowd {
-    /// Gathered points.
-    at: [Vec<f32>; 3],
+    gathered: Gathered,
     /// Offsets of the nearest ones from each point, nearest first, along x, y and z; the last one means nothing.
     pub(crate) offsets: [[Lanes; NEAR + 1]; 3],
     /// The points that have their neighbours; one bit each.
     pub(crate) found: u64,
 }
 
+/// Points around a row, leaf by leaf.
+#[derive(Clone, Debug)]
+struct Gathered {
+    leaves: usize,
+    /// Places along x, y and z.
+    at: [[f32; MOST_GATHERED]; 3],
+    /// The corners of the box that each leaf lies in, along x, y and z.
+    low: [[f32; MOST_LEAVES]; 3],
+    high: [[f32; MOST_LEAVES]; 3],
+}
+
+impl Gathered {
+    /// Takes up a leaf; false where there is no more room.
+    #[inline(always)]
+    fn push(&mut self, places: &[Place], [low, high]: [Vec3; 2]) -> bool {
+        let leaf = self.leaves % MOST_LEAVES;
+        for axis in 0..3 {
+            let to = &mut self.at[axis][LEAF * leaf..][..LEAF];
+            if places.len() < LEAF {
+                to.fill(f32::INFINITY);
+            }
+            for (to, place) in to.iter_mut().zip(places) {
+                *to = place.at[axis];
+            }
+            self.low[axis][leaf] = low[axis];
+            self.high[axis][leaf] = high[axis];
+        }
+        self.leaves += 1;
+        self.leaves < MOST_LEAVES
+    }
+
+    /// The leaves whose boxes lie within a distance of a place, whose square is given; one bit each.
+    #[inline(always)]
+    fn near<S: Simd>(&self, simd: S, at: Vec3, most: f32x16<S>) -> u64 {
+        let zero = f32x16::splat(simd, 0.0);
+        let mut near = 0;
+        for first in (0..self.leaves).step_by(LANES) {
+            let mut beyond = [zero; 3];
+            for axis in 0..3 {
+                let low = f32x16::from_slice(simd, &self.low[axis][first..][..LANES]);
+                let high = f32x16::from_slice(simd, &self.high[axis][first..][..LANES]);
+                let place = f32x16::splat(simd, at[axis]);
+                beyond[axis] = (low - place).max(place - high).max(zero);
+            }
+            let [x, y, z] = beyond;
+            let square = x.mul_add(x, y.mul_add(y, z * z));
+            near |= square.simd_le(most).to_bitmask() << first;
+        }
+        near & u64::MAX >> (64 - self.leaves.clamp(1, 64))
+    }
+}
+
 impl Crowd {
     pub(crate) fn new() -> Self {
         Self {
-            at: [Vec::new(), Vec::new(), Vec::new()],
+            gathered: Gathered {
+                leaves: 0,
+                at: [[0.0; MOST_GATHERED]; 3],
+                low: [[0.0; MOST_LEAVES]; 3],
+                high: [[0.0; MOST_LEAVES]; 3],
+            },
             offsets: [[[0.0; LANES]; NEAR + 1]; 3],
             found: 0,
         }
@@ -63,25 +122,16 @@ impl Crowd {
             low = low.min(place.at);
             high = high.max(place.at);
         }
-        self.at.iter_mut().for_each(Vec::clear);
-        let to = &mut self.at;
-        let is_complete = tree.for_each_within([low - distance, high + distance], |place: Vec3| {
-            for (to, coordinate) in to.iter_mut().zip(place.to_array()) {
-                to.push(coordinate);
-            }
-            to[0].len() < MOST_GATHERED
-        });
-        if !is_complete {
+        self.gathered.leaves = 0;
+        let within = [low - distance, high + distance];
+        let gathered = &mut self.gathered;
+        if !tree.for_each_leaf(within, |places, bounds| gathered.push(places, bounds)) {
             return;
-        }
-        let padded = self.at[0].len().next_multiple_of(LANES);
-        for to in &mut self.at {
-            to.resize(padded, f32::INFINITY);
         }
         for (lane, place) in places.iter().enumerate() {
             let is_found = rank(
                 simd,
-                &self.at,
+                &self.gathered,
                 (place.at, lane),
                 distance,
                 &mut self.offsets,
@@ -95,7 +145,7 @@ impl Crowd {
 #[simd]
 fn rank<S: Simd>(
     simd: S,
-    gathered: &[Vec<f32>; 3],
+    gathered: &Gathered,
     (at, lane): (Vec3, usize),
     distance: f32,
     offsets: &mut [[Lanes; NEAR + 1]; 3],
@@ -104,20 +154,16 @@ fn rank<S: Simd>(
     let mut within = [0; MOST_WITHIN];
     let mut count = 0;
     let most = f32x16::splat(simd, distance * distance);
-    let [xs, ys, zs] = gathered;
-    let rows = xs
-        .chunks_exact(LANES)
-        .zip(ys.chunks_exact(LANES))
-        .zip(zs.chunks_exact(LANES));
-    for (row, ((x, y), z)) in rows.enumerate() {
-        let x = f32x16::from_slice(simd, x) - at.x;
-        let y = f32x16::from_slice(simd, y) - at.y;
-        let z = f32x16::from_slice(simd, z) - at.z;
+    let [xs, ys, zs] = &gathered.at;
+    let mut leaves = gathered.near(simd, at, most);
+    while leaves != 0 {
+        let first = leaves.trailing_zeros() as usize % MOST_LEAVES * LEAF;
+        leaves &= leaves - 1;
+        let x = f32x16::from_slice(simd, &xs[first..first + LEAF]) - at.x;
+        let y = f32x16::from_slice(simd, &ys[first..first + LEAF]) - at.y;
+        let z = f32x16::from_slice(simd, &zs[first..first + LEAF]) - at.z;
         let square = x.mul_add(x, y.mul_add(y, z * z));
         let mut left = square.simd_le(most).to_bitmask();
-        if left == 0 {
-            continue;
-        }
         if count + left.count_ones() as usize > MOST_WITHIN {
             return false;
         }
@@ -129,7 +175,7 @@ fn rank<S: Simd>(
             // Distances are ranked to 17 bits; the place among those within decides beyond them.
             let key = squares[from].to_bits() & !PLACE_BITS | count as u32;
             keys[count % MOST_WITHIN] = key;
-            within[count % MOST_WITHIN] = LANES * row + from;
+            within[count % MOST_WITHIN] = first + from;
             count += 1;
         }
     }
@@ -138,7 +184,7 @@ fn rank<S: Simd>(
     }
     let put = |rank: usize, from: usize, offsets: &mut [[Lanes; NEAR + 1]; 3]| {
         // Those that are too far share the last place, which no one reads: a branch would cost more.
-        let rank = rank.min(NEAR);
+        let (rank, from, lane) = (rank.min(NEAR), from % MOST_GATHERED, lane % LANES);
         offsets[0][rank][lane] = xs[from] - at.x;
         offsets[1][rank][lane] = ys[from] - at.y;
         offsets[2][rank][lane] = zs[from] - at.z;

@@ -301,11 +301,16 @@ impl<'a> Fitter<'a> {
             self.crowd.find(simd, tree, (first, count), distance);
             let found = self.crowd.found;
             let row = rows::fitted(simd, &self.crowd.offsets, &limits);
+            // Colours lie far apart in memory, and are waited for together.
+            let mut colours = [[0; 3]; LANES];
+            for (to, place) in colours.iter_mut().zip(&tree.places[first..first + count]) {
+                *to = self.cloud.colours[place.index as usize];
+            }
             let mut reaches = 0.0;
             for (lane, fit) in fits.iter_mut().enumerate() {
                 let is_usual = found & row.usual & 1 << lane != 0;
                 *fit = match is_usual {
-                    true => self.of_row(&row, first + lane, lane),
+                    true => self.of_row(&row, first + lane, lane, colours[lane]),
                     false => self.fitted(first + lane),
                 };
                 reaches += fit.1;
@@ -314,16 +319,21 @@ impl<'a> Fitter<'a> {
         }
     }
 
-    fn of_row(&self, row: &Row, slot: usize, lane: usize) -> (Disc, f32) {
+    #[inline(always)]
+    fn of_row(&self, row: &Row, slot: usize, lane: usize, colour: [u8; 3]) -> (Disc, f32) {
         let place = self.tree.places[slot];
         let disc = Disc {
             position: place.at.to_array(),
-            normal: row.normal.map(|lanes| lanes[lane]),
+            normal: [
+                row.normal[0][lane],
+                row.normal[1][lane],
+                row.normal[2][lane],
+            ],
             cut: [0.0; 3],
             radius: row.radius[lane],
             spacing: row.spacing[lane],
             thickness: row.thickness[lane],
-            colour: self.cloud.colours[place.index as usize],
+            colour,
         };
         (disc, row.reach[lane])
     }
