@@ -77,11 +77,17 @@ impl Tree {
         self.search(at, [0, self.places.len()], nearest);
     }
 
-    /// Visits the leaves that a box meets, with the box that each lies in, until one asks for the end; returns false then.
+    /// The places of the leaf whose first place has this slot.
+    pub(crate) fn leaf(&self, first: usize) -> &[Place] {
+        &self.places[first..(first + LEAF).min(self.places.len())]
+    }
+
+    /// Visits the leaves that a box meets: the slot of the first place, and the box that all lie in. Ends where one visit asks for it, and
+    /// returns false then.
     pub(crate) fn for_each_leaf(
         &self,
         within: [Vec3; 2],
-        mut visit: impl FnMut(&[Place], [Vec3; 2]) -> bool,
+        mut visit: impl FnMut(usize, [Vec3; 2]) -> bool,
     ) -> bool {
         let everywhere = [Vec3::NEG_INFINITY, Vec3::INFINITY];
         let mut waiting = [([0; 2], everywhere); MOST_DEPTH];
@@ -91,7 +97,7 @@ impl Tree {
             count -= 1;
             let ([first, end], bounds) = waiting[count];
             if end - first <= LEAF {
-                if !visit(&self.places[first..end], bounds) {
+                if !visit(first, bounds) {
                     return false;
                 }
                 continue;

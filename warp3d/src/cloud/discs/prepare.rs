@@ -298,7 +298,7 @@ impl<'a> Fitter<'a> {
         for (row, fits) in fits.chunks_mut(LANES).enumerate() {
             let first = first + row * LANES;
             let (tree, count) = (self.tree, fits.len());
-            self.crowd.find(simd, tree, (first, count), distance);
+            self.crowd.find(simd, tree, first, distance);
             let found = self.crowd.found;
             let row = rows::fitted(simd, &self.crowd.offsets, &limits);
             // Colours lie far apart in memory, and are waited for together.
