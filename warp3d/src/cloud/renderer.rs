@@ -75,10 +75,7 @@ impl Window {
                 tile::TILE_PX
             )));
         }
-        Ok(Self {
-            first,
-            size,
-        })
+        Ok(Self { first, size })
     }
 }
 

@@ -139,12 +139,7 @@ impl Crowd {
 
 /// The keys of the gathered points nearest to each of sixteen places, nearer than where the square is `most`, which fills the rest.
 #[simd]
-fn nearest<S: Simd>(
-    simd: S,
-    gathered: &Gathered,
-    at: [f32x16<S>; 3],
-    most: f32x16<S>,
-) -> Keys<S> {
+fn nearest<S: Simd>(simd: S, gathered: &Gathered, at: [f32x16<S>; 3], most: f32x16<S>) -> Keys<S> {
     let zero = f32x16::splat(simd, 0.0);
     let mut keys = [most; NEAR];
     let others = (0..gathered.leaves).filter(|leaf| *leaf != gathered.own);

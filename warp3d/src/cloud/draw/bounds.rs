@@ -78,7 +78,9 @@ impl<S: Simd> Balls<S> {
             let blend = blend.mul_add(blend, pixel).sqrt() * single(REACH_SIGMAS) * longer;
             let disc = self.radius.mul_add(unit, splat(LEAST_HALF_AXIS_PX)) * longer;
             // The coverage of neighbouring pixels counts, to half a pixel from their middles.
-            let own = blend.min(most).max(disc.min(most) + (APRON_PX as f32 + 0.5));
+            let own = blend
+                .min(most)
+                .max(disc.min(most) + (APRON_PX as f32 + 0.5));
             *to = (self.reach * unit).mul_add(grown, own + ROUNDING_PX);
         }
         Bounds { reach, nearest }

@@ -149,12 +149,7 @@ fn list<S: Simd>(simd: S, view: &View, chunk: usize, bins: &mut ChunkBins<u32>) 
 }
 
 /// The pixels that any of these discs may reach, and their least depth; `None` where none is seen.
-fn together<S: Simd>(
-    simd: S,
-    view: &View,
-    discs: &Sizes,
-    count: usize,
-) -> Option<([u32; 4], f32)> {
+fn together<S: Simd>(simd: S, view: &View, discs: &Sizes, count: usize) -> Option<([u32; 4], f32)> {
     let reached = reached(simd, view, discs);
     let mut all: Option<([u32; 4], f32)> = None;
     for lane in (0..count).filter(|lane| reached.seen >> lane & 1 == 1) {

@@ -265,8 +265,7 @@ fn projected<S: Simd>(
     let stretch = (length / inclined).min(splat(MOST_STRETCH));
     let behind = stretch * single(view.options.depth_tolerance_spacings);
     let tolerance = behind.mul_add(spacing, load(&discs.thickness) * THICKNESS_SIGMAS);
-    let ([disc_box, blend_box], touches) =
-        footprint_boxes(simd, &at, [&ellipse, &blurred], grown);
+    let ([disc_box, blend_box], touches) = footprint_boxes(simd, &at, [&ellipse, &blurred], grown);
     let seen = z.simd_gt(splat(view.near)) & blurred.is_usable(simd) & ellipse.is_usable(simd);
     let seen = seen & weight.simd_lt(splat(f32::INFINITY));
     let seen = seen & touches & nearest.simd_le(splat(far));

@@ -5,8 +5,8 @@
 //! the whole front are not even projected. A pixel whose neighbours are all covered is opaque. Else subpixels, of it and of its
 //! neighbours, say whether a disc covers them, and the pixel's Gaussian sums them.
 
-use fearless_simd::{f32x4, f32x16};
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x4, f32x16};
 use fearless_simd_macros::simd;
 use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;

@@ -150,12 +150,7 @@ impl<'a> View<'a> {
 
     /// Where places lie on the screen, relative to `from`, px.
     #[inline(always)]
-    pub(crate) fn middles<S: Simd>(
-        &self,
-        simd: S,
-        place: Triple<S>,
-        from: [f64; 2],
-    ) -> Middles<S> {
+    pub(crate) fn middles<S: Simd>(&self, simd: S, place: Triple<S>, from: [f64; 2]) -> Middles<S> {
         let splat = |value: f32| f32x16::splat(simd, value);
         let (zero, one) = (splat(0.0), splat(1.0));
         let centre = [
