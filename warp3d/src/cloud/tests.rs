@@ -194,6 +194,29 @@ fn noise_across_a_surface_leaves_it_closed() {
     assert_eq!(found.holes, 0);
 }
 
+/// Points that noise has moved outwards would widen the outline by twice its deviation, and cover 2.6 % too much.
+#[test]
+fn noise_does_not_widen_an_outline() {
+    let scene = Scene {
+        shape: Shape::Sphere,
+        waves: WAVES,
+    };
+    let mut cloud = scene.sampled(1.0, &camera());
+    let mut random = Random(17);
+    // Three quarters of a spacing, root mean square, in all directions.
+    for coordinate in cloud.positions.as_flattened_mut() {
+        let sum: f64 = (0..12).map(|_| random.next()).sum();
+        *coordinate += ((sum - 6.0) * 0.75 * 0.0161 / 3f64.sqrt()) as f32;
+    }
+    let frame = drawn(&cloud, &camera(), &CloudOptions::default());
+    let found = against(&frame.image, &truth(&scene, &camera()));
+    println!("noise in all directions: {found:?}");
+    save(&frame.image, "noisy-sphere");
+    assert!(found.inside_db > 38.0, "{found:?}");
+    assert!(found.false_fill < 0.014, "{found:?}");
+    assert_eq!(found.holes, 0);
+}
+
 #[test]
 fn flying_pixels_are_left_out() {
     let scene = Scene {

@@ -354,6 +354,8 @@ impl<'a> Fitter<'a> {
         self.before = (squares.len() == NEAR).then_some((place.at, reach));
         let mut plane = plane_of(self.tree, place.at, &self.near);
         let mut has_wide = false;
+        // A point that noise has moved off the surface is put back.
+        let mut back = Vec3::ZERO;
         if plane.roughness() > ROUGH {
             self.tree
                 .nearest(place.at, WIDE, f32::INFINITY, &mut self.wide);
@@ -361,6 +363,7 @@ impl<'a> Fitter<'a> {
             let wide = plane_of(self.tree, place.at, &self.wide);
             if wide.roughness() < FLATTER * plane.roughness() {
                 plane = wide;
+                back = (plane.normal * plane.offset).as_vec3();
             }
         }
         let (spacing, mut edge) = edge_of(self.tree, place.at, &self.near, &plane, &mut self.flat);
@@ -377,7 +380,7 @@ impl<'a> Fitter<'a> {
             false => Vec3::ZERO,
         };
         let disc = Disc {
-            position: place.at.to_array(),
+            position: (place.at + back).to_array(),
             normal: plane.normal.as_vec3().to_array(),
             cut: cut.to_array(),
             radius: single(edge.radius * part_of_rough(plane.roughness())),

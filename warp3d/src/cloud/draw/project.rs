@@ -101,8 +101,8 @@ impl Gathered {
     #[inline(always)]
     pub(crate) fn push(&mut self, disc: &Disc, place: [f32; 3]) {
         let lane = self.count % LANES;
-        for axis in 0..3 {
-            self.place[axis][lane] = place[axis];
+        for (axis, place) in place.into_iter().enumerate() {
+            self.place[axis][lane] = place;
             self.normal[axis][lane] = disc.normal[axis];
             self.cut[axis][lane] = disc.cut[axis];
         }
