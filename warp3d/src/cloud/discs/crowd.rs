@@ -22,11 +22,11 @@ pub(crate) const RING: usize = 6;
 /// Most leaves that are gathered for a row.
 const MOST_LEAVES: usize = 32;
 
-/// Most points that are gathered for a row: their place takes the low bits of the key that ranks them.
+/// Most points that are gathered for a row: 512.
 const MOST_GATHERED: usize = MOST_LEAVES * LEAF;
 
-/// The bits of a key that hold the place.
-const PLACE_BITS: u32 = MOST_GATHERED as u32 - 1;
+/// The low bits of a key, which hold the place among the gathered points.
+const PLACE_BITS: u32 = 511;
 
 /// In place of points that a leaf lacks: far from all others, with a finite square.
 const NOWHERE: f32 = 3e18;
@@ -154,14 +154,14 @@ fn nearest<S: Simd>(simd: S, gathered: &Gathered, at: [f32x16<S>; 3], most: f32x
             continue;
         }
         let first = leaf % MOST_LEAVES * LEAF;
-        for number in first..first + LEAF {
+        for (number, bits) in (first..first + LEAF).zip(first as u32..) {
             let x = at[0] - gathered.at[0][number];
             let y = at[1] - gathered.at[1][number];
             let z = at[2] - gathered.at[2][number];
             let square = x.mul_add(x, y.mul_add(y, z * z));
             // Distances are ranked to 14 bits; the place decides beyond them.
-            let bits = square.bitcast::<u32x16<S>>() & !PLACE_BITS | number as u32;
-            let key: f32x16<S> = bits.bitcast();
+            let ranked = square.bitcast::<u32x16<S>>() & !PLACE_BITS | bits;
+            let key: f32x16<S> = ranked.bitcast();
             if key.simd_lt(keys[NEAR - 1]).any_true() {
                 insert(&mut keys, key);
             }

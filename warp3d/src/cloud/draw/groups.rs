@@ -82,7 +82,7 @@ fn group(discs: &[&Disc], first: u32) -> Group {
     let at = Vec3::from(discs[0].position);
     let (mut low, mut high) = (at, at);
     let (mut radius, mut spacing) = (0.0f32, 0.0f32);
-    let mut count = 0;
+    let mut count = 0u32;
     for disc in discs {
         let at = Vec3::from(disc.position);
         let corners = [low.min(at), high.max(at)];
@@ -97,9 +97,8 @@ fn group(discs: &[&Disc], first: u32) -> Group {
         count += 1;
     }
     let middle = 0.5 * (low + high);
-    let distances = discs[..count]
-        .iter()
-        .map(|disc| middle.distance(disc.position.into()));
+    let run = discs.iter().take(count as usize);
+    let distances = run.map(|disc| middle.distance(disc.position.into()));
     // Distances are rounded.
     let reach = 1.0001 * distances.fold(0.0, f32::max);
     Group {
@@ -108,6 +107,6 @@ fn group(discs: &[&Disc], first: u32) -> Group {
         radius,
         spacing,
         first,
-        count: count as u32,
+        count,
     }
 }

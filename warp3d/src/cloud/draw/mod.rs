@@ -1,7 +1,8 @@
 //! Discs on the screen.
 //!
 //! In the order in which data flow: `view` is the camera as discs meet it; `groups` are runs of discs; `bounds` say where they may
-//! be seen, `listed` in which tiles, and `choice` which of their discs a tile needs; `project` puts the discs of a tile on the screen as `splat`s, nearest first; `blend` sums them in blocks of 4x4 pixels; `tile` drives it all.
+//! be seen, `listed` in which tiles, and `choice` which of their discs a tile needs; `project` puts the discs of a tile on the screen
+//! as `splat`s, nearest first; `blend` sums them in blocks of 4x4 pixels; `tile` drives it all.
 
 pub(crate) mod blend;
 pub(crate) mod bounds;
