@@ -1,4 +1,4 @@
-//! The end of every reader: points one after another become the lists of a [`PointCloudFile`].
+//! The end of every reader: points one after another become the lists of a [`PointCloudFile`]. Lists of another program do too.
 //!
 //! Input: the number of points that the file says, which of their attributes it has, and the points. Output: those that are
 //! kept. Of `total` points `keep` are kept where index * keep mod total < keep: evenly, and exactly so many. A total that is
@@ -7,7 +7,8 @@
 use glam::DVec3;
 use resample_core::narrow::{code16, count};
 
-use super::file::{CloudLoadOptions, PointCloudFile};
+use super::file::{CloudLoadOptions, PointCloudFile, PointLists};
+use crate::Error;
 
 /// Places this far from the origin are kept relative to the first one: an f32 beyond has steps of more than 2^-9 units.
 const FAR: f64 = 16_384.0;
@@ -186,10 +187,7 @@ impl Collector {
         }
         if keep < total {
             let kept = file.positions.len();
-            file.notes.insert(
-                0,
-                format!("{kept} of its {index} points are kept, evenly from their order"),
-            );
+            file.notes.insert(0, kept_note(kept, index));
         }
         if left_out > 0 {
             file.notes.push(format!(
@@ -211,6 +209,95 @@ impl Collector {
         }
         Ok(file)
     }
+}
+
+impl PointCloudFile {
+    /// A scan of lists in memory: places are kept relative to an origin and intensities in 16 bits, as those of a file.
+    ///
+    /// # Errors
+    /// [`Error::Input`]: there is no point with a finite place, or a list has another length than that of the places.
+    ///
+    /// ```
+    /// use warp3d::input::clouds::{PointCloudFile, PointLists};
+    ///
+    /// let lists = PointLists { places: vec![[5e6, 0.0, 0.25].into()], ..PointLists::default() };
+    /// let scan = PointCloudFile::of_lists(&lists)?;
+    /// assert_eq!((scan.origin_in_world.x, scan.positions[0]), (5e6, [0.0, 0.0, 0.25]));
+    /// # Ok::<(), warp3d::Error>(())
+    /// ```
+    pub fn of_lists(lists: &PointLists) -> Result<Self, Error> {
+        let total = lists.places.len();
+        let lengths = [
+            ("colours", lists.colours.as_ref().map(Vec::len)),
+            ("intensities", lists.intensities.as_ref().map(Vec::len)),
+            ("classes", lists.classes.as_ref().map(Vec::len)),
+        ];
+        for (name, length) in lengths {
+            if let Some(length) = length.filter(|length| *length != total) {
+                return Err(Error::Input(format!(
+                    "{total} places have {length} {name}: expected one for each"
+                )));
+            }
+        }
+        let has = Has {
+            colours: if lists.colours.is_some() {
+                Colours::Bits8
+            } else {
+                Colours::None
+            },
+            intensities: lists.intensities.is_some(),
+            classes: lists.classes.is_some(),
+            ..Has::default()
+        };
+        let mut collector = Collector::new(total as u64, has, 0, &CloudLoadOptions::default())
+            .map_err(Error::Input)?;
+        for (row, &place) in lists.places.iter().enumerate() {
+            collector.take(&Point {
+                place,
+                colour: lists
+                    .colours
+                    .as_ref()
+                    .map_or([0; 3], |all| all[row].map(u16::from)),
+                intensity: lists.intensities.as_ref().map_or(0.0, |all| all[row]),
+                class: lists.classes.as_ref().map_or(0, |all| all[row]),
+                ..Point::default()
+            });
+        }
+        collector.finish().map_err(Error::Input)
+    }
+
+    /// So many of the points, evenly from their order, as a reader keeps them: all where there are no more.
+    #[must_use]
+    pub fn thinned(&self, points: usize) -> Self {
+        let (total, keep) = (self.positions.len() as u128, points as u128);
+        if keep >= total {
+            return self.clone();
+        }
+        let is_kept = |index: usize| index as u128 * keep % total < keep;
+        let mut notes = self.notes.clone();
+        notes.insert(0, kept_note(points, total));
+        Self {
+            origin_in_world: self.origin_in_world,
+            positions: picked(&self.positions, is_kept),
+            colours: self.colours.as_ref().map(|all| picked(all, is_kept)),
+            intensities: self.intensities.as_ref().map(|all| picked(all, is_kept)),
+            classes: self.classes.as_ref().map(|all| picked(all, is_kept)),
+            normals: self.normals.as_ref().map(|all| picked(all, is_kept)),
+            radii_in_world: self.radii_in_world.as_ref().map(|all| picked(all, is_kept)),
+            notes,
+        }
+    }
+}
+
+fn picked<T: Copy>(all: &[T], is_kept: impl Fn(usize) -> bool) -> Vec<T> {
+    let numbered = all.iter().enumerate();
+    numbered
+        .filter_map(|(index, value)| is_kept(index).then_some(*value))
+        .collect()
+}
+
+fn kept_note(kept: usize, total: impl std::fmt::Display) -> String {
+    format!("{kept} of its {total} points are kept, evenly from their order")
 }
 
 /// The upper 8 of 16 bits; or the lower ones where no colour uses the upper.
@@ -300,6 +387,30 @@ mod tests {
             let even = 100.0 / keep as f32;
             assert!(steps.into_iter().all(|step| (step - even).abs() < 1.0));
         }
+    }
+
+    #[test]
+    fn lists_become_a_scan_that_is_thinned_like_a_file() {
+        let lists = PointLists {
+            places: (0..10).map(|x| DVec3::new(f64::from(x), 0.0, 0.0)).collect(),
+            intensities: Some((0..10u8).map(|x| f32::from(x) / 9.0).collect()),
+            classes: Some((0..10).collect()),
+            ..PointLists::default()
+        };
+        let scan = PointCloudFile::of_lists(&lists).expect("points");
+        assert_eq!(scan.intensities.as_ref().expect("there")[9], 65_535);
+        let thin = scan.thinned(5);
+        assert_eq!(thin.classes, Some(vec![0, 2, 4, 6, 8]));
+        assert_eq!(thin.positions[4], [8.0, 0.0, 0.0]);
+        assert!(thin.notes[0].contains("5 of its 10"), "{:?}", thin.notes);
+        assert_eq!(scan.thinned(11), scan);
+        let short = PointLists {
+            colours: Some(vec![[0; 3]; 9]),
+            ..lists
+        };
+        let why = PointCloudFile::of_lists(&short).expect_err("short");
+        assert!(why.to_string().contains("10 places have 9 colours"), "{why}");
+        assert!(PointCloudFile::of_lists(&PointLists::default()).is_err());
     }
 
     #[test]

@@ -69,3 +69,16 @@ pub struct PointCloudFile {
     /// Remarks for the person who reads the file.
     pub notes: Vec<String>,
 }
+
+/// Points of another program, before they are a scan. Each list is as long as that of the places.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PointLists {
+    /// Places in the world.
+    pub places: Vec<DVec3>,
+    /// Colours, sRGB.
+    pub colours: Option<Vec<[u8; 3]>>,
+    /// Strengths of the returns, of any range.
+    pub intensities: Option<Vec<f32>>,
+    /// Classes, as the LAS standard numbers them.
+    pub classes: Option<Vec<u8>>,
+}
