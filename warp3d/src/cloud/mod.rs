@@ -46,7 +46,7 @@ mod draw;
 mod renderer;
 
 pub use discs::prepare::{Disc, Floating, LeftOut, Prepared, prepare, prepare_bytes, prepare_with};
-pub use options::{Blend, CloudOptions, Shade};
+pub use options::{Blend, CloudLayer, CloudOptions, Shade};
 pub use outline::CloudOutline;
 pub use points::PointCloud;
 pub use renderer::{CloudFrame, CloudRenderer, CloudStats};

@@ -5,13 +5,13 @@ use resample_core::clock::StageClock;
 use resample_core::narrow::side;
 use resample_core::simd::SimdLevel;
 use resample_core::tile::TILE_PX;
-use resample_core::{Camera, Image, dispatch};
+use resample_core::{Camera, Image, Plane, dispatch};
 
 use crate::cloud::discs::prepare::{Disc, LeftOut, Prepared};
 use crate::cloud::draw::listed::Listed;
-use crate::cloud::draw::tile::{EMPTY, Pixel, TileScratch, draw_tile};
+use crate::cloud::draw::tile::{EMPTY, Shown, TileScratch, draw_tile};
 use crate::cloud::draw::view::View;
-use crate::cloud::options::CloudOptions;
+use crate::cloud::options::{CloudLayer, CloudOptions};
 use crate::{Error, StageTime};
 
 /// Draws a prepared cloud, picture after picture.
@@ -48,6 +48,14 @@ pub struct CloudStats {
     pub project: StageTime,
     /// Time of drawing tiles.
     pub draw: StageTime,
+}
+
+/// Rows of tiles of a picture, for one task.
+struct Rows<'a> {
+    rgba: &'a mut [[f32; 4]],
+    depth: &'a mut [f32],
+    /// Empty where normals are not asked for.
+    normals: &'a mut [[f32; 3]],
 }
 
 /// A part of a picture that begins at edges of tiles.
@@ -168,39 +176,61 @@ fn draw(view: &View, listed: &Listed, window: &Window) -> Image {
     let [width, height] = window.size;
     let mut image = Image::transparent(width, height);
     let mut depth = vec![EMPTY.depth; width * height];
-    let rows = image
-        .rgba
-        .par_chunks_mut(TILE_PX * width)
-        .zip(depth.par_chunks_mut(TILE_PX * width))
-        .enumerate();
-    rows.for_each_init(
+    let has_normals = view.options.layers.contains(&CloudLayer::Normal);
+    let mut normals = vec![[0.0; 3]; if has_normals { width * height } else { 0 }];
+    let mut of_rows = normals.chunks_mut(TILE_PX * width);
+    let colours = image.rgba.chunks_mut(TILE_PX * width);
+    let both = colours.zip(depth.chunks_mut(TILE_PX * width));
+    let rows = both.map(|(rgba, depth)| Rows {
+        rgba,
+        depth,
+        normals: of_rows.next().unwrap_or_default(),
+    });
+    let rows: Vec<Rows<'_>> = rows.collect();
+    rows.into_par_iter().enumerate().for_each_init(
         || Box::new(TileScratch::new(view.options.subpixels as usize)),
-        |scratch, (row, (rgba, depth))| {
+        |scratch, (row, mut rows)| {
             for column in 0..width.div_ceil(TILE_PX) {
                 let tile = [
                     side(window.first_tile[0] + column),
                     side(window.first_tile[1] + row),
                 ];
-                let pixels =
+                let shown =
                     dispatch!(view.level, simd => draw_tile(simd, view, listed, tile, scratch));
-                if let Some(pixels) = pixels {
-                    put(pixels, column * TILE_PX, width, rgba, depth);
+                if let Some(shown) = shown {
+                    rows.put(shown, column * TILE_PX, width);
                 }
             }
         },
     );
     image.depth = Some(depth);
+    if has_normals {
+        for (axis, name) in ["normal.X", "normal.Y", "normal.Z"].into_iter().enumerate() {
+            let values = normals.iter().map(|normal| normal[axis]).collect();
+            let name = name.to_owned();
+            image.planes.push(Plane { name, values });
+        }
+    }
     image
 }
 
-/// Puts a tile into its rows of the picture, from this column on.
-fn put(pixels: &[Pixel], first: usize, width: usize, rgba: &mut [[f32; 4]], depth: &mut [f32]) {
-    let shown = TILE_PX.min(width - first);
-    let rows = rgba.chunks_mut(width).zip(depth.chunks_mut(width));
-    for (pixels, (rgba, depth)) in pixels.chunks(TILE_PX).zip(rows) {
-        for (i, pixel) in pixels[..shown].iter().enumerate() {
-            rgba[first + i] = pixel.rgba;
-            depth[first + i] = pixel.depth;
+impl Rows<'_> {
+    /// Puts a tile into the rows, from this column on.
+    fn put(&mut self, tile: Shown<'_>, first: usize, width: usize) {
+        let shown = TILE_PX.min(width - first);
+        for (row, pixels) in tile.pixels.chunks(TILE_PX).enumerate() {
+            let start = row * width + first;
+            if start >= self.rgba.len() {
+                break;
+            }
+            for (i, pixel) in pixels[..shown].iter().enumerate() {
+                self.rgba[start + i] = pixel.rgba;
+                self.depth[start + i] = pixel.depth;
+            }
+            if !self.normals.is_empty() && !tile.normals.is_empty() {
+                let normals = &tile.normals[row * TILE_PX..][..shown];
+                self.normals[start..start + shown].copy_from_slice(normals);
+            }
         }
     }
 }

@@ -52,6 +52,9 @@ impl OpenPoints {
         let start = Instant::now();
         let plan = Plan::new(&request(&args))?;
         plain_options(&args.render.options).validate()?;
+        plan.finish
+            .format
+            .layers(args.render.options.layers.as_ref())?;
         if let Some(part) = &args.input.part {
             let path = args.input.path.display();
             bail!(

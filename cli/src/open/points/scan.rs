@@ -38,7 +38,10 @@ impl Scan {
     /// Reads the scan of a command.
     pub(super) fn read(args: &PointsArgs, gate: &Gate) -> Result<Self> {
         let (format, file) = match args.source.held() {
-            Some(held) => (None, held.thinned(args.part.points.map_or(usize::MAX, count))),
+            Some(held) => (
+                None,
+                held.thinned(args.part.points.map_or(usize::MAX, count)),
+            ),
             None => (
                 cloud_format_of(&args.input.path)?,
                 load(&args.input.path, &load_options(&args.part, gate))?,

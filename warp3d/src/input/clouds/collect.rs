@@ -392,7 +392,9 @@ mod tests {
     #[test]
     fn lists_become_a_scan_that_is_thinned_like_a_file() {
         let lists = PointLists {
-            places: (0..10).map(|x| DVec3::new(f64::from(x), 0.0, 0.0)).collect(),
+            places: (0..10)
+                .map(|x| DVec3::new(f64::from(x), 0.0, 0.0))
+                .collect(),
             intensities: Some((0..10u8).map(|x| f32::from(x) / 9.0).collect()),
             classes: Some((0..10).collect()),
             ..PointLists::default()
@@ -409,7 +411,10 @@ mod tests {
             ..lists
         };
         let why = PointCloudFile::of_lists(&short).expect_err("short");
-        assert!(why.to_string().contains("10 places have 9 colours"), "{why}");
+        assert!(
+            why.to_string().contains("10 places have 9 colours"),
+            "{why}"
+        );
         assert!(PointCloudFile::of_lists(&PointLists::default()).is_err());
     }
 
