@@ -10,7 +10,9 @@ use resample_core::clock::StageClock;
 use resample_core::image::srgb_from_linear;
 use resample_core::{Camera, Image, LookAt};
 use resample_io::{Picture, Plane, Stored};
-use warp3d::cloud::{CloudOptions, CloudRenderer, Floating, PointCloud, prepare_with};
+use warp3d::cloud::{
+    CloudOptions, CloudRenderer, Floating, OfGrid, PointCloud, StationGrid, prepare_with,
+};
 use warp3d::input::{DepthKind, DepthMeaning, panorama};
 use warp3d::{Reference, WarpOptions, Warper};
 
@@ -149,10 +151,53 @@ fn scanned(place: DVec3, columns: usize, errors: Errors) -> Station {
     }
 }
 
-fn cloud(stations: &[Station]) -> PointCloud {
+/// The use of a station's grid.
+#[derive(Clone, Copy, PartialEq)]
+enum Use {
+    Nothing,
+    Mixed,
+    MixedAndCrowded,
+}
+
+fn fates(station: &Station) -> Vec<OfGrid> {
+    let [columns, rows] = station.size;
+    let at = |index: usize| {
+        let at = DVec2::new((index / rows) as f64 + 0.5, (index % rows) as f64 + 0.5);
+        let range = station.ranges[index % rows * columns + index / rows];
+        range * warp3d::panorama::direction(at, station.size.map(|side| side as u32))
+    };
+    let grid = StationGrid {
+        size: station.size,
+        places: (0..columns * rows)
+            .map(|index| at(index).as_vec3())
+            .collect(),
+    };
+    let fates = grid.fates().expect("a grid");
+    let of = |wanted: OfGrid| fates.iter().filter(|fate| **fate == wanted).count();
+    eprintln!(
+        "{} points: {} mixed, {} crowded",
+        fates.len(),
+        of(OfGrid::Mixed),
+        of(OfGrid::Crowded)
+    );
+    (0..columns * rows)
+        .map(|index| fates[index % columns * rows + index / columns])
+        .collect()
+}
+
+fn cloud(stations: &[Station], using: Use) -> PointCloud {
     let mut cloud = PointCloud::default();
     for station in stations {
+        let fates = fates(station);
         for (index, range) in station.ranges.iter().enumerate() {
+            let is_out = match using {
+                Use::Nothing => false,
+                Use::Mixed => fates[index] == OfGrid::Mixed,
+                Use::MixedAndCrowded => fates[index] != OfGrid::Kept,
+            };
+            if is_out {
+                continue;
+            }
             let at = DVec2::new(
                 (index % station.size[0]) as f64 + 0.5,
                 (index / station.size[0]) as f64 + 0.5,
@@ -357,33 +402,41 @@ fn main() {
         let all = STATIONS.map(|place| scanned(place, columns, Errors { noise_m, is_mixed }));
         for count in [1, 2] {
             let stations = &all[..count];
-            let clock = StageClock::start();
-            let prepared = prepare_with(&cloud(stations), Floating::LeftOut).expect("points");
-            let left_out = prepared.left_out;
-            let mut discs =
-                CloudRenderer::new(prepared, &CloudOptions::default()).expect("options");
-            let prepare_discs = clock.stop().cpu_ms;
+            let mut discs = Vec::new();
+            for (way, using) in [
+                ("discs", Use::Nothing),
+                ("without mixed", Use::Mixed),
+                ("and crowded", Use::MixedAndCrowded),
+            ] {
+                let cloud = cloud(stations, using);
+                let clock = StageClock::start();
+                let prepared = prepare_with(&cloud, Floating::LeftOut).expect("points");
+                eprintln!("{name}, {count}, {way}: {:?}", prepared.left_out);
+                let renderer =
+                    CloudRenderer::new(prepared, &CloudOptions::default()).expect("options");
+                discs.push((way, renderer, clock.stop().cpu_ms));
+            }
             let clock = StageClock::start();
             let faces = references(stations);
             let mut warper = Warper::new(faces, &WarpOptions::default()).expect("references");
             let prepare_faces = clock.stop().cpu_ms;
-            eprintln!("{name}, {count}: {left_out:?}");
             for away in [0.3, 1.0, 3.0] {
                 for larger in [1.0, 2.0] {
                     let eye = away * DVec3::new(-0.85, 0.1, -0.5).normalize();
                     let camera = camera(eye, larger * columns as f64 / std::f64::consts::TAU);
+                    let mut drawn = Vec::new();
+                    for (way, renderer, prepare) in &mut discs {
+                        let clock = StageClock::start();
+                        let image = renderer.render(&camera).expect("a camera").image;
+                        drawn.push((*way, image, *prepare, clock.stop().cpu_ms));
+                    }
                     let clock = StageClock::start();
-                    let by_discs = discs.render(&camera).expect("a camera").image;
-                    let draw_discs = clock.stop().cpu_ms;
-                    let clock = StageClock::start();
-                    let by_faces = warper.render(&camera).expect("a camera").image;
-                    let draw_faces = clock.stop().cpu_ms;
+                    let image = warper.render(&camera).expect("a camera").image;
+                    drawn.push(("panoramas", image, prepare_faces, clock.stop().cpu_ms));
                     let truth = truth(&camera, &STATIONS[..count]);
-                    let found = against(&[&by_discs, &by_faces], &truth);
-                    for (way, image, found, prepare, draw) in [
-                        ("discs", &by_discs, found[0], prepare_discs, draw_discs),
-                        ("panoramas", &by_faces, found[1], prepare_faces, draw_faces),
-                    ] {
+                    let images: Vec<&Image> = drawn.iter().map(|(_, image, ..)| image).collect();
+                    let found = against(&images, &truth);
+                    for ((way, image, prepare, draw), found) in drawn.iter().zip(found) {
                         let [inner, edge, whole, holes, fill] = found;
                         println!(
                             "| {name} | {count} | {away} m | {larger} | {way} | {inner:.1} | {edge:.1} | {whole:.1} | {holes:.2} | {fill:.1} | {prepare:.0} | {draw:.0} |"

@@ -42,10 +42,12 @@ mod discs;
 mod outline;
 mod spacing;
 mod options;
+mod grid;
 mod draw;
 mod renderer;
 
 pub use discs::prepare::{Disc, Floating, LeftOut, Prepared, prepare, prepare_bytes, prepare_with};
+pub use grid::{OfGrid, StationGrid};
 pub use options::{Blend, CloudLayer, CloudOptions, Shade};
 pub use outline::CloudOutline;
 pub use points::PointCloud;
