@@ -11,7 +11,7 @@ use resample_core::image::srgb_from_linear;
 use resample_core::{Camera, Image, LookAt};
 use resample_io::{Picture, Plane, Stored};
 use warp3d::cloud::{
-    CloudOptions, CloudRenderer, Floating, OfGrid, PointCloud, StationGrid, prepare_with,
+    CloudOptions, CloudRenderer, Floating, GridFate, PointCloud, StationGrid, prepare_with,
 };
 use warp3d::input::{DepthKind, DepthMeaning, panorama};
 use warp3d::{Reference, WarpOptions, Warper};
@@ -159,7 +159,7 @@ enum Use {
     MixedAndCrowded,
 }
 
-fn fates(station: &Station) -> Vec<OfGrid> {
+fn fates(station: &Station) -> Vec<GridFate> {
     let [columns, rows] = station.size;
     let at = |index: usize| {
         let at = DVec2::new((index / rows) as f64 + 0.5, (index % rows) as f64 + 0.5);
@@ -173,12 +173,12 @@ fn fates(station: &Station) -> Vec<OfGrid> {
             .collect(),
     };
     let fates = grid.fates().expect("a grid");
-    let of = |wanted: OfGrid| fates.iter().filter(|fate| **fate == wanted).count();
+    let of = |wanted: GridFate| fates.iter().filter(|fate| **fate == wanted).count();
     eprintln!(
         "{} points: {} mixed, {} crowded",
         fates.len(),
-        of(OfGrid::Mixed),
-        of(OfGrid::Crowded)
+        of(GridFate::Mixed),
+        of(GridFate::Crowded)
     );
     (0..columns * rows)
         .map(|index| fates[index % columns * rows + index / columns])
@@ -192,8 +192,8 @@ fn cloud(stations: &[Station], using: Use) -> PointCloud {
         for (index, range) in station.ranges.iter().enumerate() {
             let is_out = match using {
                 Use::Nothing => false,
-                Use::Mixed => fates[index] == OfGrid::Mixed,
-                Use::MixedAndCrowded => fates[index] != OfGrid::Kept,
+                Use::Mixed => fates[index] == GridFate::Mixed,
+                Use::MixedAndCrowded => fates[index] != GridFate::Kept,
             };
             if is_out {
                 continue;

@@ -66,7 +66,7 @@ pub struct PointsPartArgs {
     /// Keep at most N points, evenly from the order of the file [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub points: Option<u64>,
-    /// Also draw points that float far from all others
+    /// Also draw points that float far from all others, and those that the grid of a scanner shows to lie between two surfaces or to be crowded
     ///
     /// They are left out otherwise: a scanner makes them where its beam meets two surfaces, and birds and dust are among them.
     #[arg(long)]

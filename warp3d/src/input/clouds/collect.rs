@@ -9,6 +9,7 @@ use resample_core::narrow::{code16, count};
 
 use super::file::{CloudLoadOptions, PointCloudFile, PointLists};
 use crate::Error;
+use crate::cloud::{GridFate, StationGrid};
 
 /// Places this far from the origin are kept relative to the first one: an f32 beyond has steps of more than 2^-9 units.
 const FAR: f64 = 16_384.0;
@@ -65,6 +66,63 @@ impl Has {
     }
 }
 
+/// Bytes of a cell of a station's grid: its place, the number of its point, and its fate.
+pub(super) const CELL_BYTES: u64 = 12 + 4 + 1;
+
+/// The grid of a station while it is read.
+#[derive(Default)]
+pub(super) struct Station {
+    grid: StationGrid,
+    /// The number of each cell's point among those that are kept.
+    points: Vec<Option<PointNumber>>,
+}
+
+/// The number of a point, and 1 more, so that a cell without one takes no more room.
+type PointNumber = std::num::NonZeroU32;
+
+impl Station {
+    /// A grid of so many columns and rows, to which cells are added column by column.
+    pub(super) fn growing(size: [usize; 2]) -> Self {
+        let grid = StationGrid {
+            size,
+            places: Vec::new(),
+        };
+        let points = Vec::new();
+        Self { grid, points }
+    }
+
+    /// A grid of empty cells, which are set in any order.
+    pub(super) fn empty(size: [usize; 2]) -> Self {
+        let cells = size[0] * size[1];
+        let places = vec![glam::Vec3::NAN; cells];
+        Self {
+            grid: StationGrid { size, places },
+            points: vec![None; cells],
+        }
+    }
+
+    /// Adds the next cell: its place relative to the scanner, not finite where there is none, and its point.
+    pub(super) fn push(&mut self, place: DVec3, point: Option<usize>) {
+        self.grid.places.push(place.as_vec3());
+        self.points.push(number(point));
+    }
+
+    /// Sets the cell in a column and a row; one outside is passed over.
+    pub(super) fn set(&mut self, [column, row]: [usize; 2], place: DVec3, point: Option<usize>) {
+        let [columns, rows] = self.grid.size;
+        if column < columns && row < rows {
+            let cell = column * rows + row;
+            self.grid.places[cell] = place.as_vec3();
+            self.points[cell] = number(point);
+        }
+    }
+}
+
+fn number(point: Option<usize>) -> Option<PointNumber> {
+    let next = u32::try_from(point?).ok()?.checked_add(1)?;
+    PointNumber::new(next)
+}
+
 /// Collects the points of a file.
 pub(super) struct Collector {
     has: Has,
@@ -80,6 +138,7 @@ pub(super) struct Collector {
     classes: Vec<u8>,
     normals: Vec<[f32; 3]>,
     radii: Vec<f32>,
+    fates: Vec<GridFate>,
 }
 
 impl Collector {
@@ -111,6 +170,7 @@ impl Collector {
             classes: Vec::with_capacity(room(has.classes)),
             normals: Vec::with_capacity(room(has.normals)),
             radii: Vec::with_capacity(room(has.radii)),
+            fates: Vec::new(),
             has,
         })
     }
@@ -124,12 +184,12 @@ impl Collector {
         wanted
     }
 
-    /// Takes a point that is wanted.
-    pub(super) fn take(&mut self, point: &Point) {
+    /// Takes a point that is wanted; its number, if it has a finite place.
+    pub(super) fn take(&mut self, point: &Point) -> Option<usize> {
         self.index += 1;
         if !point.place.is_finite() {
             self.left_out += 1;
-            return;
+            return None;
         }
         if self.file.positions.is_empty() && point.place.abs().max_element() >= FAR {
             self.file.origin_in_world = point.place.round();
@@ -137,7 +197,7 @@ impl Collector {
         let position = (point.place - self.file.origin_in_world).as_vec3();
         if !position.is_finite() {
             self.left_out += 1;
-            return;
+            return None;
         }
         self.file.positions.push(position.to_array());
         match self.has.colours {
@@ -158,6 +218,19 @@ impl Collector {
         }
         if self.has.radii {
             self.radii.push(point.radius);
+        }
+        Some(self.file.positions.len() - 1)
+    }
+
+    /// Takes what a station's grid says of its points.
+    pub(super) fn end_station(&mut self, station: &Station) {
+        let fates = station.grid.fates().unwrap_or_default();
+        let left = fates.iter().zip(&station.points);
+        for (&fate, point) in left.filter(|(fate, _)| **fate != GridFate::Kept) {
+            if let Some(point) = point {
+                self.fates.resize(self.file.positions.len(), GridFate::Kept);
+                self.fates[point.get() as usize - 1] = fate;
+            }
         }
     }
 
@@ -193,6 +266,11 @@ impl Collector {
             file.notes.push(format!(
                 "{left_out} points without a finite place are left out"
             ));
+        }
+        if !self.fates.is_empty() {
+            let mut fates = self.fates;
+            fates.resize(file.positions.len(), GridFate::Kept);
+            file.of_grid = Some(fates);
         }
         file.colours = match has.colours {
             Colours::None => None,
@@ -284,6 +362,7 @@ impl PointCloudFile {
             classes: self.classes.as_ref().map(|all| picked(all, is_kept)),
             normals: self.normals.as_ref().map(|all| picked(all, is_kept)),
             radii_in_world: self.radii_in_world.as_ref().map(|all| picked(all, is_kept)),
+            of_grid: self.of_grid.as_ref().map(|all| picked(all, is_kept)),
             notes,
         }
     }
