@@ -56,6 +56,8 @@ class Points(Scene):
         if isinstance(positions, (str, os.PathLike)):
             if any(part is not None for part in (colours, intensities, classes)):
                 raise ValueError("positions: is a file, which has colours, intensities and classes of its own")
+            with open(positions, "rb"):
+                pass  # Raises what Python says of such a file.
             self._native = _native.Scene.files("points", [os.fspath(positions)], threads)
             return
         self._native = _native.Scene.points(_arrays(positions, colours, intensities, classes), threads)

@@ -7,7 +7,7 @@
 //! - **Crowded points**: near the poles of the grid, the beams of a row lie much closer than rows. Of so many, one is kept.
 //!
 //! Limits: edges and wires that are one beam wide stay, since they lie before both neighbours; a range that is mixed over two beams and
-//! more is not found. Both is measured in `docs/points.md`.
+//! more is not found.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -155,8 +155,9 @@ impl StationGrid {
             return false;
         }
         let near = CONTINUES * step.abs().min(other.abs());
+        // Where nothing lies beyond, as at the border of the grid, it may do so.
         let continues = |next: f32, steps: isize| {
-            neighbour(steps).is_some_and(|beyond| {
+            neighbour(steps).is_none_or(|beyond| {
                 let inverse = 2.0 / next - 1.0 / beyond;
                 inverse > 0.0 && (1.0 / inverse - range).abs() < near
             })
@@ -192,10 +193,10 @@ mod tests {
         }
     }
 
-    /// The distance to a floor, a ceiling and round walls: near the horizon the floor is seen at a few degrees.
-    fn hall(towards: Vec3) -> f32 {
-        let (floor, wall) = (0.6 / towards.z.abs(), 30.0 / towards.truncate().length());
-        floor.min(wall)
+    /// The distance to a floor, a ceiling and round walls of this radius: of wide ones the floor is seen at a few degrees.
+    fn hall(towards: Vec3, radius: f32) -> f32 {
+        let wall = radius / towards.truncate().length();
+        wall.min(0.6 / towards.z.abs())
     }
 
     fn count_of(fates: &[GridFate], wanted: GridFate) -> usize {
@@ -204,7 +205,9 @@ mod tests {
 
     #[test]
     fn a_floor_at_a_grazing_angle_is_kept_and_poles_are_thinned() {
-        let fates = grid(|towards, _| hall(towards)).fates().expect("a grid");
+        let fates = grid(|towards, _| hall(towards, 30.0))
+            .fates()
+            .expect("a grid");
         assert_eq!(count_of(&fates, GridFate::Mixed), 0);
         let in_row = |row: usize| {
             let kept = |column: &usize| fates[column * SIZE[1] + row] == GridFate::Kept;
@@ -221,8 +224,10 @@ mod tests {
         let range = |towards: Vec3, at: [usize; 2]| match beam(at[0]) {
             4..=6 if (30..60).contains(&at[1]) => 0.5,
             // Between both, nearer to the one or the other.
-            7 if (30..60).contains(&at[1]) => 0.5 + 0.06 * (at[1] % 9 + 1) as f32 * hall(towards),
-            _ => hall(towards),
+            7 if (30..60).contains(&at[1]) => {
+                0.5 + 0.06 * (at[1] % 9 + 1) as f32 * hall(towards, 2.0)
+            }
+            _ => hall(towards, 2.0),
         };
         let all = grid(range);
         let fates = all.fates().expect("a grid");
@@ -237,7 +242,13 @@ mod tests {
             "{mixed} are mixed, {wrong} wrongly so or not"
         );
         // A wire is before both neighbours.
-        let wire = grid(|towards, at| if beam(at[0]) == 4 { 0.5 } else { hall(towards) });
+        let wire = grid(|towards, at| {
+            if beam(at[0]) == 4 {
+                0.5
+            } else {
+                hall(towards, 2.0)
+            }
+        });
         let fates = wire.fates().expect("a grid");
         assert_eq!(count_of(&fates, GridFate::Mixed), 0);
         let turned = all.turned().fates().expect("a grid");
@@ -246,7 +257,7 @@ mod tests {
 
     #[test]
     fn other_grids_have_no_fates() {
-        let mut moved = grid(|towards, _| hall(towards));
+        let mut moved = grid(|towards, _| hall(towards, 30.0));
         for place in &mut moved.places {
             *place += Vec3::new(25.0, 3.0, 0.0);
         }

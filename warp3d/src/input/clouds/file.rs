@@ -87,7 +87,7 @@ impl PointCloudFile {
             let fates = self.of_grid.iter().flatten();
             fates.filter(|fate| **fate == wanted).count()
         };
-        let total = self.positions.len();
+        let total = self.of_grid.as_ref().map_or(0, Vec::len);
         let whys = [
             (
                 GridFate::Mixed,
