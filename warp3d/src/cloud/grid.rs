@@ -222,23 +222,23 @@ mod tests {
     fn points_between_a_post_and_a_wall_are_mixed() {
         let beam = |column: usize| column % 20;
         let range = |towards: Vec3, at: [usize; 2]| match beam(at[0]) {
-            4..=6 if (30..60).contains(&at[1]) => 0.5,
+            4..=6 if (41..49).contains(&at[1]) => 0.5,
             // Between both, nearer to the one or the other.
-            7 if (30..60).contains(&at[1]) => {
-                0.5 + 0.06 * (at[1] % 9 + 1) as f32 * hall(towards, 2.0)
+            7 if (41..49).contains(&at[1]) => {
+                0.5 + (0.1 + 0.07 * (at[1] % 8) as f32) * hall(towards, 4.0)
             }
-            _ => hall(towards, 2.0),
+            _ => hall(towards, 4.0),
         };
         let all = grid(range);
         let fates = all.fates().expect("a grid");
         let wrong = (0..fates.len()).filter(|index| {
-            let is_mixed = beam(index / SIZE[1]) == 7 && (30..60).contains(&(index % SIZE[1]));
+            let is_mixed = beam(index / SIZE[1]) == 7 && (41..49).contains(&(index % SIZE[1]));
             (fates[*index] == GridFate::Mixed) != is_mixed
         });
         let mixed = count_of(&fates, GridFate::Mixed);
         let wrong = wrong.count();
         assert!(
-            mixed > 240 && wrong < 20,
+            mixed > 68 && wrong < 4,
             "{mixed} are mixed, {wrong} wrongly so or not"
         );
         // A wire is before both neighbours.
@@ -246,7 +246,7 @@ mod tests {
             if beam(at[0]) == 4 {
                 0.5
             } else {
-                hall(towards, 2.0)
+                hall(towards, 4.0)
             }
         });
         let fates = wire.fates().expect("a grid");

@@ -76,7 +76,7 @@ pub(crate) struct TileScratch {
     normals: Vec<[f32; 3]>,
 }
 
-/// What a tile shows, pixel by pixel in rows.
+/// The picture of a tile, pixel by pixel in rows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shown<'a> {
     pub(crate) pixels: &'a [Pixel],

@@ -68,7 +68,7 @@ pub struct PointCloudFile {
     pub normals: Option<Vec<[f32; 3]>>,
     /// Radii of the points, world units.
     pub radii_in_world: Option<Vec<f32>>,
-    /// What the grid of its scanner says of each point; absent where all stay.
+    /// Fates of the points by the grid of their scanner; absent where all stay.
     pub of_grid: Option<Vec<GridFate>>,
     /// Remarks for the person who reads the file.
     pub notes: Vec<String>,
