@@ -123,6 +123,7 @@ def with_nan(array):
         (r"classes: row 0 is no whole number from 0 to 255", lambda: fr.points(**wrong(classes=lambda a: a + 0.5))),
         (r"classes: expected 50 rows, one for each position, got 49", lambda: fr.points(**wrong(classes=lambda a: a[1:]))),
         (r"colours: expected the shape \(n, 3\), got \(50, 4\)", lambda: fr.points(**wrong(colours=lambda a: np.zeros((50, 4))))),
+        (r"colours: row 0 is not within 0 and 255", lambda: fr.points(**wrong(colours=lambda a: a.astype(int) + 256))),
         (r"colours: row 0 is not within 0 and 1", lambda: fr.points(**wrong(colours=lambda a: a.astype(float) + 2))),
         (r"positions: is a file", lambda: fr.points("a.ply", [[1, 0, 0]])),
         (r"color.by", lambda: fr.points(**wrong(), color_by="taste")),

@@ -19,7 +19,7 @@ class Points(Scene):
 
     Args:
         positions: (n, 3) places in the world; or the name of a file (PLY, LAS, LAZ, E57, PCD, PTX, PTS, XYZ), which has all the rest.
-        colours: (n, 3) uint8 in sRGB, or parts of 1.
+        colours: (n, 3) sRGB: whole numbers from 0 to 255, or parts of 1 in floating point.
         intensities: (n,) strengths of the returns, of any range.
         classes: (n,) whole numbers from 0 to 255, as the LAS standard numbers them.
         threads: how many draw; all processors if not given. The pictures do not depend on it.
@@ -120,10 +120,13 @@ def _colours(colours: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     """sRGB in 8 bits, as scans have it."""
     if colours.ndim != 2 or colours.shape[1] != 3:
         raise ValueError(f"colours: expected the shape (n, 3), got {colours.shape}")
-    if colours.dtype == np.uint8:
-        return np.ascontiguousarray(colours)
+    if colours.dtype.kind in "iu":
+        codes = ((colours >= 0) & (colours <= 255)).all(axis=1)
+        _refuse(np.asarray(~codes), "colours: row {} is not within 0 and 255: expected 8 bits, or parts of 1 in floating point")
+        return np.ascontiguousarray(colours, dtype=np.uint8)
     parts = colours.astype(np.float64)
-    _refuse(~((parts >= 0) & (parts <= 1)).all(axis=1), "colours: row {} is not within 0 and 1: expected uint8, or parts of 1")
+    within = ((parts >= 0) & (parts <= 1)).all(axis=1)
+    _refuse(np.asarray(~within), "colours: row {} is not within 0 and 1: expected 8 bits in whole numbers, or parts of 1")
     return np.ascontiguousarray(np.floor(255 * parts + 0.5).astype(np.uint8))
 
 
