@@ -5,15 +5,15 @@ use resample_core::clock::StageClock;
 use resample_core::narrow::side;
 use resample_core::simd::SimdLevel;
 use resample_core::tile;
-use resample_core::{Camera, Image, dispatch};
+use resample_core::{Camera, Image, Plane, dispatch};
 
 use crate::cloud::discs::prepare::{Disc, LeftOut, Prepared};
 use crate::cloud::draw::groups::Groups;
 use crate::cloud::draw::listed::Listed;
 use crate::cloud::draw::project::TILE_PX;
-use crate::cloud::draw::tile::{EMPTY, Pixel, TileScratch, draw_tile};
+use crate::cloud::draw::tile::{EMPTY, Shown, TileScratch, draw_tile};
 use crate::cloud::draw::view::View;
-use crate::cloud::options::CloudOptions;
+use crate::cloud::options::{CloudLayer, CloudOptions};
 use crate::{Error, StageTime};
 
 /// Draws a prepared cloud, picture after picture.
@@ -170,23 +170,36 @@ fn draw(view: &View, listed: &Listed, window: &Window) -> Image {
     let [width, height] = window.size;
     let mut image = Image::transparent(width, height);
     let mut depth = vec![EMPTY.depth; width * height];
-    window.bands(&mut image.rgba, &mut depth).for_each_init(
+    let has_normals = view.options.layers.contains(&CloudLayer::Normal);
+    let mut normals = vec![[0.0; 3]; if has_normals { width * height } else { 0 }];
+    let planes = (&mut image.rgba[..], &mut depth[..], &mut normals[..]);
+    window.bands(planes).for_each_init(
         || Box::new(TileScratch::new(view.options.subpixels as usize)),
         |scratch, mut band| {
             let [first, end] = [window.first[0], window.first[0] + width];
             for column in first / TILE_PX..end.div_ceil(TILE_PX) {
                 let tile = [column, band.first_row / TILE_PX].map(side);
-                let pixels =
+                let shown =
                     dispatch!(view.level, simd => draw_tile(simd, view, listed, tile, scratch));
-                if let Some(pixels) = pixels {
-                    band.put(pixels, column * TILE_PX, [first, end]);
+                if let Some(shown) = shown {
+                    band.put(shown, column * TILE_PX, [first, end]);
                 }
             }
         },
     );
     image.depth = Some(depth);
+    if has_normals {
+        for (axis, name) in ["normal.X", "normal.Y", "normal.Z"].into_iter().enumerate() {
+            let values = normals.iter().map(|normal| normal[axis]).collect();
+            let name = name.to_owned();
+            image.planes.push(Plane { name, values });
+        }
+    }
     image
 }
+
+/// The pixels of a window: colours, depths and normals, which are empty where they are not asked for.
+type Planes<'a> = (&'a mut [[f32; 4]], &'a mut [f32], &'a mut [[f32; 3]]);
 
 /// The rows of a window that lie in one row of tiles.
 struct Band<'a> {
@@ -194,27 +207,31 @@ struct Band<'a> {
     first_row: usize,
     rgba: &'a mut [[f32; 4]],
     depth: &'a mut [f32],
+    /// Empty where normals are not asked for.
+    normals: &'a mut [[f32; 3]],
 }
 
 impl Window {
     /// Takes a window's pixels apart into bands. The first and the last may be cut.
     fn bands<'a>(
         &self,
-        mut rgba: &'a mut [[f32; 4]],
-        mut depth: &'a mut [f32],
+        (mut rgba, mut depth, mut normals): Planes<'a>,
     ) -> impl ParallelIterator<Item = Band<'a>> {
         let mut bands = Vec::new();
         let (mut row, end) = (self.first[1], self.first[1] + self.size[1]);
         while row < end {
             let rows = (TILE_PX - row % TILE_PX).min(end - row);
-            let (colours, other_colours) = rgba.split_at_mut(rows * self.size[0]);
-            let (depths, other_depths) = depth.split_at_mut(rows * self.size[0]);
+            let count = rows * self.size[0];
+            let (colours, other_colours) = rgba.split_at_mut(count);
+            let (depths, other_depths) = depth.split_at_mut(count);
+            let (own, other_normals) = normals.split_at_mut(count.min(normals.len()));
             bands.push(Band {
                 first_row: row,
                 rgba: colours,
                 depth: depths,
+                normals: own,
             });
-            (rgba, depth) = (other_colours, other_depths);
+            (rgba, depth, normals) = (other_colours, other_depths, other_normals);
             row += rows;
         }
         bands.into_par_iter()
@@ -223,19 +240,21 @@ impl Window {
 
 impl Band<'_> {
     /// Puts a tile, whose first column is given, into a window of these columns.
-    fn put(&mut self, pixels: &[Pixel], column: usize, [first, end]: [usize; 2]) {
+    fn put(&mut self, tile: Shown<'_>, column: usize, [first, end]: [usize; 2]) {
         let width = end - first;
         let columns = column.max(first)..(column + TILE_PX).min(end);
-        let rows = pixels.chunks(TILE_PX).skip(self.first_row % TILE_PX);
-        let to = self
-            .rgba
-            .chunks_mut(width)
-            .zip(self.depth.chunks_mut(width));
-        for (pixels, (rgba, depth)) in rows.zip(to) {
+        let skipped = self.first_row % TILE_PX;
+        for row in 0..(TILE_PX - skipped).min(self.depth.len() / width) {
+            let (from, to) = ((skipped + row) * TILE_PX, row * width);
             for place in columns.clone() {
-                let pixel = &pixels[place - column];
-                rgba[place - first] = pixel.rgba;
-                depth[place - first] = pixel.depth;
+                let pixel = &tile.pixels[from + place - column];
+                self.rgba[to + place - first] = pixel.rgba;
+                self.depth[to + place - first] = pixel.depth;
+            }
+            if !self.normals.is_empty() && !tile.normals.is_empty() {
+                let normals = &tile.normals[from + columns.start - column..from + columns.end - column];
+                let to = to + columns.start - first;
+                self.normals[to..to + normals.len()].copy_from_slice(normals);
             }
         }
     }

@@ -6,7 +6,9 @@ use glam::DVec3;
 use resample_core::clock::StageClock;
 use resample_core::{Camera, Image, LookAt};
 
-use crate::cloud::{Blend, CloudFrame, CloudOptions, CloudRenderer, Disc, PointCloud, prepare};
+use crate::cloud::{
+    Blend, CloudFrame, CloudLayer, CloudOptions, CloudRenderer, Disc, PointCloud, prepare,
+};
 use scenes::{Found, Random, Scene, Shape, against, truth};
 
 /// Waves of the texture: 15 px of the pictures below to a wave.
@@ -108,6 +110,55 @@ fn parallel_rays_see_the_same_surfaces() {
         let found = measured(shape, 1.0, &parallel(), Blend::Linear);
         assert!(found.inside_db > 50.0, "{shape:?}: {found:?}");
         assert_eq!(found.holes, 0, "{shape:?}");
+    }
+}
+
+#[test]
+fn normals_are_those_of_the_surface_towards_the_eye() {
+    for (shape, camera) in [
+        (Shape::Plane, camera()),
+        (Shape::Sphere, camera()),
+        (Shape::Plane, parallel()),
+        (Shape::Sphere, parallel()),
+    ] {
+        let scene = Scene {
+            shape,
+            waves: WAVES,
+        };
+        let options = CloudOptions {
+            layers: vec![CloudLayer::Normal],
+            ..CloudOptions::default()
+        };
+        let cloud = scene.sampled(1.0, &camera);
+        let mut image = drawn(&cloud, &camera, &options).image;
+        let (mut worst, mut sum, mut count) = (0.0f64, 0.0, 0.0);
+        for (i, pixel) in image.rgba.iter().enumerate() {
+            let [x, y, z] = [0, 1, 2].map(|axis: usize| f64::from(image.planes[axis].values[i]));
+            let normal = DVec3::new(x, y, z);
+            assert!(
+                (normal.length() - f64::from(pixel[3])).abs() < 1e-4,
+                "times coverage"
+            );
+            let place = [i % image.width, i / image.width];
+            if let Some(expected) = scene.normal(&camera, place).filter(|_| pixel[3] == 1.0) {
+                let apart = normal.angle_between(expected).to_degrees();
+                (worst, sum, count) = (worst.max(apart), sum + apart, count + 1.0);
+            }
+        }
+        println!(
+            "{shape:?}: {worst} degrees at most, {} in the mean",
+            sum / count
+        );
+        assert!(
+            sum / count < 0.3 && worst < 8.0,
+            "{shape:?}: {worst} {}",
+            sum / count
+        );
+        let names = ["normal.X", "normal.Y", "normal.Z"];
+        assert!(image.planes.iter().map(|plane| &plane.name).eq(names));
+        image.planes.clear();
+        let plain = drawn(&cloud, &camera, &CloudOptions::default()).image;
+        assert_eq!(image, plain, "colour and depth stay as they are");
     }
 }
 

@@ -8,18 +8,20 @@
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x16};
 use fearless_simd_macros::simd;
+use glam::Vec3;
 use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::sort::{entry_index, entry_key, sort_by_depth};
 use resample_core::tile::MAX_CHUNK_LEN;
 
-use crate::cloud::draw::blend::{Blended, Block, blended};
+use crate::cloud::draw::blend::{Blended, Block, blended, mean_normals};
 use crate::cloud::draw::choice::Fetched;
 use crate::cloud::draw::listed::Listed;
 use crate::cloud::draw::project::{APRON_PX, BLOCK_PX, Gathered, TILE_PX, project};
 use crate::cloud::draw::splat::Splat;
 use crate::cloud::draw::view::View;
 use crate::cloud::lanes::{LANES, Lanes};
+use crate::cloud::options::CloudLayer;
 
 /// Side of the tile with its apron, px.
 const SIDE: usize = TILE_PX + 2 * APRON_PX;
@@ -79,6 +81,15 @@ pub(crate) struct TileScratch {
     /// Weights of the subpixels of three pixels along one axis.
     kernel: [f32; 3 * MOST_SUB],
     pixels: Vec<Pixel>,
+    normals: Vec<[f32; 3]>,
+}
+
+/// The picture of a tile, pixel by pixel in rows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shown<'a> {
+    pub(crate) pixels: &'a [Pixel],
+    /// World normals towards the eye, times coverage; empty where they are not asked for.
+    pub(crate) normals: &'a [[f32; 3]],
 }
 
 /// Where a tile lies.
@@ -151,6 +162,7 @@ impl TileScratch {
             places: [lanes(&|i| i % sub), lanes(&|i| i / sub)],
             kernel: std::array::from_fn(|i| single(weight(i) / sum)),
             pixels: Vec::new(),
+            normals: Vec::new(),
         }
     }
 
@@ -296,6 +308,34 @@ impl TileScratch {
     }
 }
 
+impl TileScratch {
+    /// The normals of the surface that the pixels show.
+    #[simd]
+    fn find_normals<S: Simd>(
+        &mut self,
+        simd: S,
+        view: &View,
+        place: &TilePlace,
+        blocks: &[Block; BLOCKS],
+    ) {
+        self.normals.resize(TILE_AREA, [0.0; 3]);
+        for (number, block) in blocks.iter().enumerate() {
+            let touching = self.of_block[number].iter().map(|&number| {
+                let splat = self.splats[number as usize];
+                (splat, view.normal_of(&splat, place.first).to_array())
+            });
+            let [x, y, z] = mean_normals(simd, block, touching);
+            for lane in 0..LANES {
+                let [column, row] = pixel_of(number, lane);
+                let at = row * TILE_PX + column;
+                let normal = Vec3::new(x[lane], y[lane], z[lane]).normalize_or_zero();
+                let seen = self.pixels[at].rgba[3];
+                self.normals[at] = (view.in_world(normal) * seen).to_array();
+            }
+        }
+    }
+}
+
 /// Column and row of a block's pixel in the tile.
 fn pixel_of(block: usize, lane: usize) -> [usize; 2] {
     let across = TILE_PX / BLOCK_PX;
@@ -305,7 +345,7 @@ fn pixel_of(block: usize, lane: usize) -> [usize; 2] {
     ]
 }
 
-/// Draws a tile: its pixels, in rows; `None` where no disc may be.
+/// Draws a tile, pixel by pixel in rows; `None` where no disc may be.
 #[simd]
 pub(crate) fn draw_tile<'a, S: Simd>(
     simd: S,
@@ -313,7 +353,7 @@ pub(crate) fn draw_tile<'a, S: Simd>(
     listed: &Listed,
     tile: [u16; 2],
     scratch: &'a mut TileScratch,
-) -> Option<&'a [Pixel]> {
+) -> Option<Shown<'a>> {
     scratch.entries.clear();
     for chunk in &listed.chunks {
         scratch
@@ -347,7 +387,14 @@ pub(crate) fn draw_tile<'a, S: Simd>(
             scratch.put(number, &blended);
         }
     }
-    Some(&scratch.pixels)
+    scratch.normals.clear();
+    if view.options.layers.contains(&CloudLayer::Normal) {
+        scratch.find_normals(simd, view, &place, &blocks);
+    }
+    Some(Shown {
+        pixels: &scratch.pixels,
+        normals: &scratch.normals,
+    })
 }
 
 /// Projects the discs that are not hidden by those before them, and finds the front.

@@ -15,6 +15,7 @@ use resample_core::{Camera, Projection};
 use crate::cloud::discs::prepare::{Disc, Prepared};
 use crate::cloud::draw::groups::{Group, Groups};
 use crate::cloud::draw::project::REACH_SIGMAS;
+use crate::cloud::draw::splat::Splat;
 use crate::cloud::lanes::{Lanes, Triple, loaded};
 use crate::cloud::options::CloudOptions;
 
@@ -104,6 +105,29 @@ impl<'a> View<'a> {
             larger: single(f64::from(options.every).sqrt()),
             level,
         }
+    }
+
+    /// The unit normal of a splat of the tile whose first pixel is `first`, turned to the eye: along it the splat's depth changes as its
+    /// slope says.
+    pub(crate) fn normal_of(&self, splat: &Splat, first: [usize; 2]) -> Vec3 {
+        let across = [0, 1].map(|axis: usize| splat.slope[axis] * self.focal[axis]);
+        let along = match self.projection {
+            Projection::Perspective => {
+                let ray = [0, 1].map(|axis: usize| {
+                    let from = self.centre[axis] - first[axis] as f64;
+                    (splat.at[axis] - single(from)) / self.focal[axis]
+                });
+                -1.0 - across[0] * ray[0] - across[1] * ray[1]
+            }
+            Projection::Orthographic => -1.0,
+        };
+        Vec3::new(across[0], across[1], along).normalize_or_zero()
+    }
+
+    /// Turns a vector of camera space into the world.
+    pub(crate) fn in_world(&self, v: Vec3) -> Vec3 {
+        let [first, second, third] = self.rows.map(Vec3::from);
+        v.x * first + v.y * second + v.z * third
     }
 
     /// The first disc of the block of a group: its place, and that in camera space.
