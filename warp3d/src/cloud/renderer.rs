@@ -252,7 +252,8 @@ impl Band<'_> {
                 self.depth[to + place - first] = pixel.depth;
             }
             if !self.normals.is_empty() && !tile.normals.is_empty() {
-                let normals = &tile.normals[from + columns.start - column..from + columns.end - column];
+                let normals =
+                    &tile.normals[from + columns.start - column..from + columns.end - column];
                 let to = to + columns.start - first;
                 self.normals[to..to + normals.len()].copy_from_slice(normals);
             }

@@ -58,6 +58,7 @@ impl<S: Simd> Sums<S> {
     fn of(simd: S, block: &Block, splats: &[Splat], touching: &[u32]) -> Self {
         let splat = |value: f32| f32x16::splat(simd, value);
         let zero = splat(0.0);
+        let farthest_q = single(REACH_SIGMAS * REACH_SIGMAS);
         let x = f32x16::from_slice(simd, &block.x);
         let y = f32x16::from_slice(simd, &block.y);
         let front = f32x16::from_slice(simd, &block.front);
@@ -71,10 +72,16 @@ impl<S: Simd> Sums<S> {
         for &number in touching {
             let disc = &splats[number as usize];
             let (dx, dy) = (x - disc.at[0], y - disc.at[1]);
-            let Some((weight, z)) = share(simd, disc, ([dx, dy], front)) else {
+            let form = form(simd, &disc.gaussian, [dx, dy]);
+            let met = disc.met(simd, [dx, dy]);
+            let q = met.square * form;
+            let belongs = q.simd_le(splat(farthest_q)) & met.z.simd_le(front);
+            if !belongs.any_true() {
                 continue;
-            };
-            let depth = z - from;
+            }
+            let weight = exp_of_half(simd, q) * disc.weight;
+            let weight = belongs.select(weight, zero);
+            let depth = met.z - from;
             let (wx, wy) = (weight * dx, weight * dy);
             let [r, g, b] = [splat(disc.rgb[0]), splat(disc.rgb[1]), splat(disc.rgb[2])];
             weights += weight;
@@ -138,25 +145,6 @@ impl<S: Simd> Sums<S> {
     }
 }
 
-/// The weights of a disc at the pixels at these offsets from its middle, and its depths there; `None` where it belongs to no pixel's surface.
-#[inline(always)]
-fn share<S: Simd>(
-    simd: S,
-    disc: &Splat,
-    (offset, front): ([f32x16<S>; 2], f32x16<S>),
-) -> Option<(f32x16<S>, f32x16<S>)> {
-    let farthest_q = f32x16::splat(simd, single(REACH_SIGMAS * REACH_SIGMAS));
-    let form = form(simd, &disc.gaussian, offset);
-    let met = disc.met(simd, offset);
-    let q = met.square * form;
-    let belongs = q.simd_le(farthest_q) & met.z.simd_le(front);
-    if !belongs.any_true() {
-        return None;
-    }
-    let weight = exp_of_half(simd, q) * disc.weight;
-    Some((belongs.select(weight, f32x16::splat(simd, 0.0)), met.z))
-}
-
 /// The mean of the normals of the discs that touch a block, times their weights: turned to the eye, camera space, of no certain length.
 #[simd]
 pub(crate) fn mean_normals<S: Simd>(
@@ -167,13 +155,17 @@ pub(crate) fn mean_normals<S: Simd>(
     let x = f32x16::from_slice(simd, &block.x);
     let y = f32x16::from_slice(simd, &block.y);
     let front = f32x16::from_slice(simd, &block.front);
-    let mut sums = [f32x16::splat(simd, 0.0); 3];
+    let farthest_q = f32x16::splat(simd, single(REACH_SIGMAS * REACH_SIGMAS));
+    let zero = f32x16::splat(simd, 0.0);
+    let mut sums = [zero; 3];
     for (disc, normal) in touching {
         let offset = [x - disc.at[0], y - disc.at[1]];
-        if let Some((weight, _)) = share(simd, &disc, (offset, front)) {
-            for (sum, part) in sums.iter_mut().zip(normal) {
-                *sum = weight.mul_add(f32x16::splat(simd, part), *sum);
-            }
+        let met = disc.met(simd, offset);
+        let q = met.square * form(simd, &disc.gaussian, offset);
+        let belongs = q.simd_le(farthest_q) & met.z.simd_le(front);
+        let weight = belongs.select(exp_of_half(simd, q) * disc.weight, zero);
+        for (sum, part) in sums.iter_mut().zip(normal) {
+            *sum = weight.mul_add(f32x16::splat(simd, part), *sum);
         }
     }
     let mut lanes = [[0.0; 16]; 3];
