@@ -10,7 +10,7 @@ use resample_core::{Camera, Image, Plane, dispatch};
 use crate::cloud::discs::prepare::{Disc, LeftOut, Prepared};
 use crate::cloud::draw::groups::Groups;
 use crate::cloud::draw::listed::Listed;
-use crate::cloud::draw::project::TILE_PX;
+use crate::cloud::draw::sizes::TILE_PX;
 use crate::cloud::draw::tile::{EMPTY, Shown, TileScratch, draw_tile};
 use crate::cloud::draw::view::View;
 use crate::cloud::options::{CloudLayer, CloudOptions};

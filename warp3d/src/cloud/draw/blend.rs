@@ -9,7 +9,7 @@ use fearless_simd_macros::simd;
 use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
 
-use crate::cloud::draw::project::REACH_SIGMAS;
+use crate::cloud::draw::sizes::REACH_SIGMAS;
 use crate::cloud::draw::splat::{Splat, form};
 use crate::cloud::lanes::Lanes;
 use crate::cloud::options::Blend;

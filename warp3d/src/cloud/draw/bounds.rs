@@ -9,7 +9,7 @@ use resample_core::Projection;
 use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
 
-use crate::cloud::draw::project::{APRON_PX, LEAST_HALF_AXIS_PX, MOST_REACH_PX, REACH_SIGMAS};
+use crate::cloud::draw::sizes::{APRON_PX, LEAST_HALF_AXIS_PX, MOST_REACH_PX, REACH_SIGMAS};
 use crate::cloud::draw::view::{Middles, View};
 
 /// A little more, for rounding.

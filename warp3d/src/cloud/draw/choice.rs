@@ -10,7 +10,7 @@ use fearless_simd_macros::simd;
 use crate::cloud::discs::prepare::{Disc, NO_DISC};
 use crate::cloud::draw::bounds::Balls;
 use crate::cloud::draw::groups::Group;
-use crate::cloud::draw::project::TILE_PX;
+use crate::cloud::draw::sizes::TILE_PX;
 use crate::cloud::draw::view::View;
 use crate::cloud::lanes::{LANES, Lanes};
 

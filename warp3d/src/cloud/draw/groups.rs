@@ -7,7 +7,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use crate::cloud::discs::prepare::Disc;
-use crate::cloud::draw::view::BLOCK;
+use crate::cloud::draw::sizes::BLOCK_DISCS;
 use crate::cloud::lanes::LANES;
 
 /// Longest side of the box around a run, largest spacings of its discs. Sixteen points of a surface lie within four spacings, or eight
@@ -42,8 +42,8 @@ pub(crate) struct Groups {
 impl Groups {
     /// Finds the runs. Each lies in one block of the view.
     pub(crate) fn new(discs: &[Disc], every: usize) -> Self {
-        let blocks = discs.par_chunks(BLOCK * every).enumerate();
-        let runs = |(block, discs)| runs(discs, block * BLOCK * every, every);
+        let blocks = discs.par_chunks(BLOCK_DISCS * every).enumerate();
+        let runs = |(block, discs)| runs(discs, block * BLOCK_DISCS * every, every);
         Self {
             every,
             groups: blocks.flat_map_iter(runs).collect(),

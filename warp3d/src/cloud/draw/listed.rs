@@ -15,7 +15,7 @@ use resample_core::tile::{ChunkBins, MAX_CHUNK_LEN, TileRect};
 
 use crate::cloud::draw::bounds::Balls;
 use crate::cloud::draw::groups::Group;
-use crate::cloud::draw::project::TILE_PX;
+use crate::cloud::draw::sizes::TILE_PX;
 use crate::cloud::draw::view::View;
 use crate::cloud::lanes::{LANES, Lanes, loaded};
 
@@ -148,7 +148,7 @@ fn list<S: Simd>(simd: S, view: &View, chunk: usize, bins: &mut ChunkBins<u32>) 
     }
 }
 
-/// The pixels that any of these discs may reach, and their least depth; `None` where none is seen.
+/// The pixels that any of these discs may reach, and their least depth; `None` where all are out of sight.
 fn together<S: Simd>(simd: S, view: &View, discs: &Sizes, count: usize) -> Option<([u32; 4], f32)> {
     let reached = reached(simd, view, discs);
     let mut all: Option<([u32; 4], f32)> = None;

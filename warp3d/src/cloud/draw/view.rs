@@ -14,13 +14,10 @@ use resample_core::{Camera, Projection};
 
 use crate::cloud::discs::prepare::{Disc, Prepared};
 use crate::cloud::draw::groups::{Group, Groups};
-use crate::cloud::draw::project::REACH_SIGMAS;
+use crate::cloud::draw::sizes::{BLOCK_DISCS, REACH_SIGMAS};
 use crate::cloud::draw::splat::Splat;
 use crate::cloud::lanes::{Lanes, Triple, loaded};
 use crate::cloud::options::CloudOptions;
-
-/// Drawn discs of a block; neighbours, since discs are in the order of a tree.
-pub(crate) const BLOCK: usize = 256;
 
 /// The first disc of a block.
 #[derive(Clone, Copy, Debug, Default)]
@@ -90,7 +87,7 @@ impl<'a> View<'a> {
             groups,
             bases: prepared
                 .discs
-                .par_chunks(BLOCK * groups.every)
+                .par_chunks(BLOCK_DISCS * groups.every)
                 .map(base)
                 .collect(),
             projection: camera.projection,
@@ -133,7 +130,7 @@ impl<'a> View<'a> {
     /// The first disc of the block of a group: its place, and that in camera space.
     #[inline(always)]
     pub(crate) fn base(&self, group: &Group) -> ([f32; 3], [f32; 3]) {
-        let base = &self.bases[group.first as usize / (BLOCK * self.groups.every)];
+        let base = &self.bases[group.first as usize / (BLOCK_DISCS * self.groups.every)];
         (base.in_disc_space, base.in_camera)
     }
 
