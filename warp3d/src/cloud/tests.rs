@@ -362,6 +362,33 @@ fn threads_do_not_change_the_bytes() {
     );
 }
 
+/// Windows begin at edges of 16 px, and the renderer's own tiles are larger.
+#[test]
+fn a_window_has_the_pixels_of_the_whole() {
+    let scene = Scene {
+        shape: Shape::Sphere,
+        waves: WAVES,
+    };
+    let prepared = prepare(&scene.sampled(0.5, &camera())).expect("points");
+    let mut renderer = CloudRenderer::new(prepared, &CloudOptions::default()).expect("options");
+    let whole = renderer.render(&camera()).expect("a frame").image;
+    for (first, size) in [
+        ([16, 48], [100, 61]),
+        ([64, 80], [1, 1]),
+        ([0, 0], [256, 16]),
+    ] {
+        let window = renderer.render_window(&camera(), first, size);
+        let window = window.expect("a frame").image;
+        let (depth, all) = (window.depth.as_ref(), whole.depth.as_ref());
+        for (x, y) in (0..size[0]).flat_map(|x| (0..size[1]).map(move |y| (x, y))) {
+            let [column, row] = [first[0] + x, first[1] + y];
+            assert_eq!(window.pixel(x, y), whole.pixel(column, row), "{x} {y}");
+            let expected = all.map(|depth| depth[row * 256 + column]);
+            assert_eq!(depth.map(|depth| depth[y * size[0] + x]), expected);
+        }
+    }
+}
+
 fn of_places(positions: Vec<[f32; 3]>) -> PointCloud {
     PointCloud {
         origin_in_world: DVec3::ZERO,
