@@ -245,7 +245,7 @@ fn noise_across_a_surface_leaves_it_closed() {
     assert_eq!(found.holes, 0);
 }
 
-/// Points that noise has moved outwards would widen the outline by twice its deviation, and cover 2.6 % too much.
+/// Points that noise has moved outwards would widen the outline by twice its deviation, and cover 2.9 % too much.
 #[test]
 fn noise_does_not_widen_an_outline() {
     let scene = Scene {
