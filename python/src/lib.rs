@@ -4,7 +4,7 @@
 //! words of the command line and parsed by its own types, so that there is no list of them here. What duck typing,
 //! colour maps and notebooks need is written in Python, in `lib/`.
 //!
-//! `words` makes words of keyword arguments; `volume`, `gaussians`, `mesh` and `depth` make scenes of arrays; `scene` draws them;
+//! `words` makes words of keyword arguments; `volume`, `gaussians`, `mesh`, `depth` and `points` make scenes of arrays; `scene` draws them;
 //! `work` waits for threads that draw while Python goes on; `picture` hands pictures over; `fault` turns errors into
 //! exceptions.
 
@@ -13,6 +13,7 @@ mod fault;
 mod gaussians;
 mod mesh;
 mod picture;
+mod points;
 mod scene;
 mod session;
 mod volume;

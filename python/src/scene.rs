@@ -22,7 +22,7 @@ use resample_core::simd::SimdLevel;
 use crate::picture::{self, Handed, handed};
 use crate::session::{Drawn, Session};
 use crate::work::{Done, Reins, work};
-use crate::{depth, fault, gaussians, mesh, volume, words};
+use crate::{depth, fault, gaussians, mesh, points, volume, words};
 
 /// A scene that is drawn.
 #[pyclass(frozen)]
@@ -136,6 +136,14 @@ impl Scene {
         let inputs = vec![OsString::from("colour"), OsString::from("depth")];
         let held = Some(Held::Pictures(HeldPictures(held).into()));
         Self::new(Application::Depth, inputs, held, threads)
+    }
+
+    /// A scan of arrays.
+    #[staticmethod]
+    fn points(arrays: points::Arrays<'_>, threads: Option<usize>) -> PyResult<Self> {
+        let held = Some(Held::Points(points::scan(&arrays)?.into()));
+        let inputs = vec![OsString::from("positions")];
+        Self::new(Application::Points, inputs, held, threads)
     }
 
     /// Has the scene stand as the options say: the number of pictures that they ask for, and what there is to say.

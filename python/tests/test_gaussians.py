@@ -37,10 +37,10 @@ def write_ply(path, means, quats, scales, opacities, sh):
 def test_arrays_and_their_file_agree(tmp_path, coefficients):
     given = arrays(coefficients)
     write_ply(tmp_path / "a.ply", *given)
-    of_file = fr.splats(tmp_path / "a.ply", **SIZE)
-    of_arrays = fr.splats(*given, **SIZE)
+    # Logarithms of scales and odds are rounded in the file, and a rounding may move the end of a slab: by less of a picture where slabs are thin.
+    of_file = fr.splats(tmp_path / "a.ply", slab_error=0.001, **SIZE)
+    of_arrays = fr.splats(*given, slab_error=0.001, **SIZE)
     assert of_file[..., 3].max() > 0.3
-    # Logarithms of scales and odds are rounded in the file.
     assert np.abs(of_file - of_arrays).max() < 1e-4
 
 

@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use glam::DVec3;
 use volsplat::ClipPlane;
 use volsplat::transfer::ColourMap;
-use warp3d::cloud::{Blend, CloudOptions, Floating, Shade};
+use warp3d::cloud::{Blend, CloudLayer, CloudOptions, Floating, Shade};
 use warp3d::input::clouds::PointCloudFile;
 
 use super::{AskArgs, CameraArgs, Given, PictureArgs, ReadingArgs, SequenceArgs};
@@ -26,7 +26,7 @@ pub struct PointsArgs {
     pub input: InputFile,
     /// Picture to write, .png, .jpg or .exr, or - for the standard output; a pattern such as %04d is replaced by the number of the picture
     ///
-    /// An EXR file also holds depth (Z). With .apng or .webp, all pictures go into one animation; with .mp4, .webm or .mkv into
+    /// An EXR file also holds depth (Z), and what --layers says. With .apng or .webp, all pictures go into one animation; with .mp4, .webm or .mkv into
     /// one video, which needs the program ffmpeg.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
@@ -66,7 +66,7 @@ pub struct PointsPartArgs {
     /// Keep at most N points, evenly from the order of the file [default: all]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     pub points: Option<u64>,
-    /// Also draw points that float far from all others
+    /// Also draw points that float far from all others, and those that the grid of a scanner shows to lie between two surfaces or to be crowded
     ///
     /// They are left out otherwise: a scanner makes them where its beam meets two surfaces, and birds and dust are among them.
     #[arg(long)]
@@ -152,6 +152,9 @@ pub struct PointsRenderArgs {
     /// How far behind the nearest point of a pixel others still belong to its surface, spacings of the points: 0 to 10
     #[arg(long, value_name = "SPACINGS", value_parser = values::number, default_value_t = CloudOptions::default().depth_tolerance_spacings)]
     pub depth_tolerance: f64,
+    /// Planes of an EXR file beside colour and depth (Z) [default: none]
+    #[arg(long, value_enum, value_name = "NAMES", value_delimiter = ',')]
+    pub layers: Option<Vec<CloudLayer>>,
 }
 
 impl PointsPartArgs {
@@ -182,6 +185,7 @@ impl PointsRenderArgs {
             every: self.every,
             sigma_spacings: self.sigma,
             depth_tolerance_spacings: self.depth_tolerance,
+            layers: self.layers.clone().unwrap_or_default(),
         }
     }
 }

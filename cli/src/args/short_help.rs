@@ -116,6 +116,7 @@ const POINTS: &[&str] = &[
     "light",
     "blend",
     "subpixels",
+    "layers",
     "max_error",
     "max_time_ms",
     "background",

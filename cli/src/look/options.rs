@@ -3,8 +3,8 @@
 use anyhow::{Result, bail};
 use glam::DVec3;
 use volsplat::{
-    Blend, Cells, Clip, DepthPlane, Described, FieldOptions, Isosurface, KernelSheets, Layer,
-    Light, Order, RenderOptions, SampleOptions, SampleOrder, Shading, Shadow,
+    Blend, Cells, Clip, DepthPlane, Described, FieldOptions, Isosurface, KernelSheets, Light,
+    Order, RenderOptions, SampleOptions, SampleOrder, Shading, Shadow,
 };
 
 use crate::args::volume::order::order;
@@ -97,21 +97,6 @@ pub(super) fn with_suggested(
         },
         Some(_) => options,
     }
-}
-
-/// The planes that were asked for. Only an EXR file has a place for them.
-pub(crate) fn layers(args: &BlendArgs, format: Format) -> Result<Vec<Layer>> {
-    let Some(layers) = &args.layers else {
-        return Ok(Vec::new());
-    };
-    if format != Format::Exr {
-        bail!("--layers: only a name that ends in .exr has a place for them");
-    }
-    let repeated = |&(index, layer): &(usize, &Layer)| layers[..index].contains(layer);
-    if let Some((_, layer)) = layers.iter().enumerate().find(repeated) {
-        bail!("--layers: {} is named twice", word(*layer));
-    }
-    Ok(layers.clone())
 }
 
 /// The value of its ray that a pixel shows.

@@ -16,6 +16,7 @@ use std::io::{BufWriter, ErrorKind, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use clap::ValueEnum;
 use image::ExtendedColorType;
 use image::codecs::jpeg::JpegEncoder;
 use resample_core::Image;
@@ -26,6 +27,7 @@ use tempfile::NamedTempFile;
 
 use crate::process::interrupt;
 use crate::process::interrupt::Listed;
+use crate::values::word;
 
 pub use crate::output::film::{DEFAULT_FPS, Film, FilmKind, FilmPlan, kind_of};
 pub use crate::output::names::FrameNames;
@@ -48,6 +50,26 @@ pub enum Format {
     Exr,
     /// sRGB, 8 bits, lossy and opaque.
     Jpeg,
+}
+
+impl Format {
+    /// The planes that `--layers` asks for. Only an EXR file has a place for them.
+    pub(crate) fn layers<L: ValueEnum + Copy + PartialEq>(
+        self,
+        asked: Option<&Vec<L>>,
+    ) -> Result<Vec<L>> {
+        let Some(layers) = asked else {
+            return Ok(Vec::new());
+        };
+        if self != Self::Exr {
+            bail!("--layers: only a name that ends in .exr has a place for them");
+        }
+        let repeated = |&(index, layer): &(usize, &L)| layers[..index].contains(layer);
+        if let Some((_, layer)) = layers.iter().enumerate().find(repeated) {
+            bail!("--layers: {} is named twice", word(*layer));
+        }
+        Ok(layers.clone())
+    }
 }
 
 /// Something that could not be written although all checks passed, such as a full disk. It is not bad input.

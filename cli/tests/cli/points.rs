@@ -221,14 +221,23 @@ fn the_part_that_is_asked_for_is_drawn() {
 fn tiles_threads_and_resumed_pictures_have_the_bytes_of_one_run() {
     let bench = bench();
     let words = "points hill.ply --up z --size 70x50 --shade lambert --color-by height";
-    assert_good(&bench.run(&format!("{words} -o out/whole.exr")));
+    let planes = "--layers normal";
+    assert_good(&bench.run(&format!("{words} {planes} -o out/whole.exr")));
     for tile in ["0,0", "1,0", "0,1", "1,1"] {
-        assert_good(&bench.run(&format!("{words} -o out/part.exr --tile {tile}/2x2")));
+        assert_good(&bench.run(&format!(
+            "{words} {planes} -o out/part.exr --tile {tile}/2x2"
+        )));
     }
     let tiles = ["0-0", "1-0", "0-1", "1-1"].map(|at| format!("out/part.tile-{at}.exr"));
     assert_good(&bench.run(&format!("join {} -o out/joined.exr", tiles.join(" "))));
     let read = |name: &str| fs::read(bench.path(&format!("out/{name}"))).expect("written");
     assert!(read("whole.exr") == read("joined.exr"), "tiles");
+    for channel in ["normal.X", "normal.Y", "normal.Z", "Z"] {
+        let file = read("whole.exr");
+        let mut places = file.windows(channel.len() + 1);
+        let name = [channel.as_bytes(), b"\0"].concat();
+        assert!(places.any(|place| place == name), "{channel}");
+    }
     for threads in [1, 2] {
         assert_good(&bench.run(&format!(
             "{words} --threads {threads} -o out/t{threads}.png"
@@ -249,6 +258,48 @@ fn tiles_threads_and_resumed_pictures_have_the_bytes_of_one_run() {
         "{}",
         stderr(&resumed)
     );
+}
+
+/// A station in a round room with a post, 2 degrees a beam; the range of one column beside the post lies between both.
+fn station() -> String {
+    let head = "180\n60\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n9 0 0 1\n";
+    let mut text = head.to_owned();
+    for (column, row) in (0..180).flat_map(|column| (0..60).map(move |row| (column, row))) {
+        let (sin, cos) = f64::from(2 * column).to_radians().sin_cos();
+        let (up, out) = f64::from(2 * row - 59).to_radians().sin_cos();
+        let range = match column {
+            20..=25 => 1.0,
+            26 => 2.5,
+            _ => 5.0,
+        };
+        let [x, y, z] = [range * out * cos, range * out * sin, range * up];
+        writeln!(text, "{x:.5} {y:.5} {z:.5} 0.5").expect("a text");
+    }
+    text
+}
+
+#[test]
+fn points_between_two_surfaces_of_a_station_are_left_out() {
+    let bench = bench();
+    bench.write("a.ptx", station().as_bytes());
+    let discs = |words: &str| {
+        let output = bench.run(&format!(
+            "a.ptx {words} --size 64x48 -o out/a.png --stats out/s.json"
+        ));
+        assert_good(&output);
+        let stats = fs::read(bench.path("out/s.json")).expect("written");
+        let stats: serde_json::Value = serde_json::from_slice(&stats).expect("JSON");
+        (stats["discs"].as_u64(), stderr(&output))
+    };
+    let (left, said) = discs("");
+    assert!(
+        said.contains("60 of 10800 points lie between two surfaces"),
+        "{said}"
+    );
+    let (all, said) = discs("--keep-all");
+    assert!(!said.contains("between two surfaces"), "{said}");
+    assert_eq!(all, Some(10_800));
+    assert!(left < Some(10_741), "{left:?}");
 }
 
 #[test]
@@ -281,6 +332,10 @@ fn bad_scans_are_refused_in_a_line() {
         ("points hill.ply --points 0", "--points"),
         ("points hill.ply --every 65", "every"),
         ("points hill.ply --subpixels 3", "sub-pixels"),
+        (
+            "points hill.ply --layers normal",
+            "--layers: only a name that ends in .exr",
+        ),
         ("points hill.ply --max-memory 1K", "--points N"),
         ("points nothing.las", "nothing.las"),
         ("points hill.ply#1", "scans are read whole"),

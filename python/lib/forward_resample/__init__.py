@@ -1,4 +1,4 @@
-"""Pictures of arrays: volumes, 3-D Gaussians, textured meshes and depth images, drawn by the CPU without a display.
+"""Pictures of arrays: volumes, 3-D Gaussians, textured meshes, depth images and scans of points, drawn by the CPU without a display.
 
 The pictures are those of the command line ``resample``, byte for byte, and every option of its commands is a keyword
 argument: ``--max-error 1/255`` is ``max_error="1/255"``. :func:`options` lists them.
@@ -20,6 +20,7 @@ from ._gaussians import Gaussians, splats
 from ._mesh import Mesh, texmap
 from ._native import __version__
 from ._picture import Picture, write_film
+from ._points import Points, points
 from ._pyramid import Pyramid
 from ._scene import ResampleWarning, options
 from ._transfer import TransferFunction, transfer_function
@@ -31,6 +32,7 @@ __all__ = [
     "Gaussians",
     "Mesh",
     "Picture",
+    "Points",
     "Pyramid",
     "ResampleWarning",
     "TransferFunction",
@@ -38,6 +40,7 @@ __all__ = [
     "Volume",
     "__version__",
     "options",
+    "points",
     "splats",
     "texmap",
     "transfer_function",

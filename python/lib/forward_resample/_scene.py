@@ -1,4 +1,4 @@
-"""What volumes, meshes and depth images have in common: options, pictures, progress."""
+"""What volumes, meshes, depth images and scans have in common: options, pictures, progress."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class ResampleWarning(UserWarning):
 
 
 def options(command: str) -> dict[str, str]:
-    """The options of a command, ``"volsplat"``, ``"gaussians"``, ``"texmap"`` or ``"warp3d"``, each with the first sentence of its help.
+    """The options of a command, ``"volsplat"``, ``"gaussians"``, ``"texmap"``, ``"warp3d"`` or ``"points"``, each with the first sentence of its help.
 
     >>> options("volsplat")["slab"].startswith("Thickness of a slab")
     True
@@ -76,7 +76,7 @@ def say(lines: list[str], explain: bool, stacklevel: int) -> None:
 
 
 class Scene:
-    """A scene that is drawn: see :class:`Volume`, :class:`Gaussians`, :class:`Mesh` and :class:`DepthImage`."""
+    """A scene that is drawn: see :class:`Volume`, :class:`Gaussians`, :class:`Mesh`, :class:`DepthImage` and :class:`Points`."""
 
     _native: _native.Scene
     #: Options of every picture.

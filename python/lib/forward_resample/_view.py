@@ -50,7 +50,7 @@ def view(
     """Shows a scene live, as ``resample view`` does; threads of this process draw it.
 
     Args:
-        scene: a :class:`Volume`, :class:`Gaussians`, :class:`Mesh` or :class:`DepthImage`, or whatever a :class:`Volume` is made of.
+        scene: a :class:`Volume`, :class:`Gaussians`, :class:`Mesh`, :class:`DepthImage` or :class:`Points`, or whatever a :class:`Volume` is made of.
         through: how a browser reaches a port of this machine, where that is another one: ``"/proxy/{port}"`` with
             jupyter-server-proxy (``"/user/NAME/proxy/{port}"`` on a JupyterHub).
         port: of the page; any that is free if not given.

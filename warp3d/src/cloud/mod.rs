@@ -1,7 +1,7 @@
 //! Scans of points without a grid, drawn as opaque surfaces.
 //!
 //! Takes a [`PointCloud`] (positions and sRGB colours in any order), returns for each camera a linear premultiplied picture
-//! with depth. In the order in which data flow: `points` checks the points; `discs` makes a disc of each point and leaves out flying
+//! with depth. In the order in which data flow: `grid` finds points of a scanner on a tripod that show no surface; `points` checks the points; `discs` makes a disc of each point and leaves out flying
 //! pixels; `outline` and `spacing` measure a scan for framing and for people; `draw` puts discs on the screen, tile by tile; `renderer`
 //! drives it all; `lanes` are the vectors of both.
 //!
@@ -42,11 +42,13 @@ mod discs;
 mod outline;
 mod spacing;
 mod options;
+mod grid;
 mod draw;
 mod renderer;
 
 pub use discs::prepare::{Disc, Floating, LeftOut, Prepared, prepare, prepare_bytes, prepare_with};
-pub use options::{Blend, CloudOptions, Shade};
+pub use grid::{GridFate, StationGrid};
+pub use options::{Blend, CloudLayer, CloudOptions, Shade};
 pub use outline::CloudOutline;
 pub use points::PointCloud;
 pub use renderer::{CloudFrame, CloudRenderer, CloudStats};

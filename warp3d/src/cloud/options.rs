@@ -41,6 +41,19 @@ pub enum Shade {
     Lambert,
 }
 
+/// A plane of the picture beside colour and depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum CloudLayer {
+    /// World normal of the surface that is seen, towards the eye, times coverage (channels normal.X, normal.Y, normal.Z)
+    Normal,
+}
+
 /// Options of the drawing of points.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(
@@ -67,6 +80,8 @@ pub struct CloudOptions {
     pub sigma_spacings: f64,
     /// How far behind the nearest surface of a pixel a disc still belongs to it, spacings of its points. 0 to 10.
     pub depth_tolerance_spacings: f64,
+    /// Further planes of the picture.
+    pub layers: Vec<CloudLayer>,
 }
 
 impl Default for CloudOptions {
@@ -79,6 +94,7 @@ impl Default for CloudOptions {
             every: 1,
             sigma_spacings: 0.42,
             depth_tolerance_spacings: 1.0,
+            layers: Vec::new(),
         }
     }
 }

@@ -6,7 +6,9 @@ use glam::DVec3;
 use resample_core::clock::StageClock;
 use resample_core::{Camera, Image, LookAt};
 
-use crate::cloud::{Blend, CloudFrame, CloudOptions, CloudRenderer, Disc, PointCloud, prepare};
+use crate::cloud::{
+    Blend, CloudFrame, CloudLayer, CloudOptions, CloudRenderer, Disc, PointCloud, prepare,
+};
 use scenes::{Found, Random, Scene, Shape, against, truth};
 
 /// Waves of the texture: 15 px of the pictures below to a wave.
@@ -111,6 +113,55 @@ fn parallel_rays_see_the_same_surfaces() {
     }
 }
 
+#[test]
+fn normals_are_those_of_the_surface_towards_the_eye() {
+    for (shape, camera) in [
+        (Shape::Plane, camera()),
+        (Shape::Sphere, camera()),
+        (Shape::Plane, parallel()),
+        (Shape::Sphere, parallel()),
+    ] {
+        let scene = Scene {
+            shape,
+            waves: WAVES,
+        };
+        let options = CloudOptions {
+            layers: vec![CloudLayer::Normal],
+            ..CloudOptions::default()
+        };
+        let cloud = scene.sampled(1.0, &camera);
+        let mut image = drawn(&cloud, &camera, &options).image;
+        let (mut worst, mut sum, mut count) = (0.0f64, 0.0, 0.0);
+        for (i, pixel) in image.rgba.iter().enumerate() {
+            let [x, y, z] = [0, 1, 2].map(|axis: usize| f64::from(image.planes[axis].values[i]));
+            let normal = DVec3::new(x, y, z);
+            assert!(
+                (normal.length() - f64::from(pixel[3])).abs() < 1e-4,
+                "times coverage"
+            );
+            let place = [i % image.width, i / image.width];
+            if let Some(expected) = scene.normal(&camera, place).filter(|_| pixel[3] == 1.0) {
+                let apart = normal.angle_between(expected).to_degrees();
+                (worst, sum, count) = (worst.max(apart), sum + apart, count + 1.0);
+            }
+        }
+        println!(
+            "{shape:?}: {worst} degrees at most, {} in the mean",
+            sum / count
+        );
+        assert!(
+            sum / count < 0.3 && worst < 8.0,
+            "{shape:?}: {worst} {}",
+            sum / count
+        );
+        let names = ["normal.X", "normal.Y", "normal.Z"];
+        assert!(image.planes.iter().map(|plane| &plane.name).eq(names));
+        image.planes.clear();
+        let plain = drawn(&cloud, &camera, &CloudOptions::default()).image;
+        assert_eq!(image, plain, "colour and depth stay as they are");
+    }
+}
+
 /// Points wholly at random leave circles of two spacings empty.
 #[test]
 fn points_wholly_at_random_leave_few_holes() {
@@ -191,6 +242,29 @@ fn noise_across_a_surface_leaves_it_closed() {
     );
     save(&frame.image, "noise");
     assert!(found.inside_db > 30.0, "{found:?}");
+    assert_eq!(found.holes, 0);
+}
+
+/// Points that noise has moved outwards would widen the outline by twice its deviation, and cover 2.9 % too much.
+#[test]
+fn noise_does_not_widen_an_outline() {
+    let scene = Scene {
+        shape: Shape::Sphere,
+        waves: WAVES,
+    };
+    let mut cloud = scene.sampled(1.0, &camera());
+    let mut random = Random(17);
+    // Three quarters of a spacing, root mean square, in all directions.
+    for coordinate in cloud.positions.as_flattened_mut() {
+        let sum: f64 = (0..12).map(|_| random.next()).sum();
+        *coordinate += ((sum - 6.0) * 0.75 * 0.0161 / 3f64.sqrt()) as f32;
+    }
+    let frame = drawn(&cloud, &camera(), &CloudOptions::default());
+    let found = against(&frame.image, &truth(&scene, &camera()));
+    println!("noise in all directions: {found:?}");
+    save(&frame.image, "noisy-sphere");
+    assert!(found.inside_db > 38.0, "{found:?}");
+    assert!(found.false_fill < 0.014, "{found:?}");
     assert_eq!(found.holes, 0);
 }
 
@@ -286,6 +360,33 @@ fn threads_do_not_change_the_bytes() {
         with(1) == with(3),
         "one thread and three draw different pictures"
     );
+}
+
+/// Windows begin at edges of 16 px, and the renderer's own tiles are larger.
+#[test]
+fn a_window_has_the_pixels_of_the_whole() {
+    let scene = Scene {
+        shape: Shape::Sphere,
+        waves: WAVES,
+    };
+    let prepared = prepare(&scene.sampled(0.5, &camera())).expect("points");
+    let mut renderer = CloudRenderer::new(prepared, &CloudOptions::default()).expect("options");
+    let whole = renderer.render(&camera()).expect("a frame").image;
+    for (first, size) in [
+        ([16, 48], [100, 61]),
+        ([64, 80], [1, 1]),
+        ([0, 0], [256, 16]),
+    ] {
+        let window = renderer.render_window(&camera(), first, size);
+        let window = window.expect("a frame").image;
+        let (depth, all) = (window.depth.as_ref(), whole.depth.as_ref());
+        for (x, y) in (0..size[0]).flat_map(|x| (0..size[1]).map(move |y| (x, y))) {
+            let [column, row] = [first[0] + x, first[1] + y];
+            assert_eq!(window.pixel(x, y), whole.pixel(column, row), "{x} {y}");
+            let expected = all.map(|depth| depth[row * 256 + column]);
+            assert_eq!(depth.map(|depth| depth[y * size[0] + x]), expected);
+        }
+    }
 }
 
 fn of_places(positions: Vec<[f32; 3]>) -> PointCloud {

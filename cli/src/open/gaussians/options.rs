@@ -1,12 +1,11 @@
 //! From the typed options of Gaussians to those of the library.
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use glam::DVec3;
-use volsplat::{Clip, DepthPlane, GaussianLayer, GaussianOptions};
+use volsplat::{Clip, DepthPlane, GaussianOptions};
 
 use crate::args::{GaussianClipArgs, GaussianRenderArgs};
 use crate::output::Format;
-use crate::values::word;
 
 /// How Gaussians are drawn. Only an EXR file has a place for depth and further planes.
 pub(super) fn render_options(args: &GaussianRenderArgs, format: Format) -> Result<GaussianOptions> {
@@ -20,25 +19,11 @@ pub(super) fn render_options(args: &GaussianRenderArgs, format: Format) -> Resul
             Format::Exr => DepthPlane::Expected,
             Format::Png(_) | Format::Jpeg => DepthPlane::None,
         },
-        layers: layers(args, format)?,
+        layers: format.layers(args.layers.as_ref())?,
         simd: args.vector_level,
     };
     options.validate()?;
     Ok(options)
-}
-
-fn layers(args: &GaussianRenderArgs, format: Format) -> Result<Vec<GaussianLayer>> {
-    let Some(layers) = &args.layers else {
-        return Ok(Vec::new());
-    };
-    if format != Format::Exr {
-        bail!("--layers: only a name that ends in .exr has a place for them");
-    }
-    let repeated = |&(index, layer): &(usize, &GaussianLayer)| layers[..index].contains(layer);
-    if let Some((_, layer)) = layers.iter().enumerate().find(repeated) {
-        bail!("--layers: {} is named twice", word(*layer));
-    }
-    Ok(layers.clone())
 }
 
 /// The part that is kept.

@@ -52,6 +52,9 @@ impl OpenPoints {
         let start = Instant::now();
         let plan = Plan::new(&request(&args))?;
         plain_options(&args.render.options).validate()?;
+        plan.finish
+            .format
+            .layers(args.render.options.layers.as_ref())?;
         if let Some(part) = &args.input.part {
             let path = args.input.path.display();
             bail!(
@@ -130,6 +133,9 @@ impl OpenPoints {
     /// Remarks for the person who looks at the picture.
     fn notes(&self) -> Vec<String> {
         let mut notes = self.scan.file.notes.clone();
+        if !self.args.part.keep_all {
+            notes.extend(self.scan.file.left_by_grid());
+        }
         notes.extend(left_out(
             self.scan.points,
             self.renderer.prepared().left_out,

@@ -38,7 +38,10 @@ impl Scan {
     /// Reads the scan of a command.
     pub(super) fn read(args: &PointsArgs, gate: &Gate) -> Result<Self> {
         let (format, file) = match args.source.held() {
-            Some(held) => (None, held.clone()),
+            Some(held) => (
+                None,
+                held.thinned(args.part.points.map_or(usize::MAX, count)),
+            ),
             None => (
                 cloud_format_of(&args.input.path)?,
                 load(&args.input.path, &load_options(&args.part, gate))?,
@@ -104,7 +107,8 @@ impl Scan {
 
     /// The numbers of the points inside the box and the planes; `None` where there are no such.
     fn kept(&self, part: &PointsPartArgs) -> Result<Option<Vec<u32>>> {
-        if part.crop.is_none() && part.clip_plane.is_empty() {
+        let leaves_out = self.file.of_grid.is_some() && !part.keep_all;
+        if part.crop.is_none() && part.clip_plane.is_empty() && !leaves_out {
             return Ok(None);
         }
         let origin = self.file.origin_in_world;
@@ -117,10 +121,10 @@ impl Scan {
             let planes = &part.clip_plane;
             in_box && planes.iter().all(|p| p.normal.dot(at) >= p.offset)
         };
+        let is_kept = |number: u32| !leaves_out || self.file.is_kept(number as usize);
         let numbered = self.file.positions.iter().zip(0..);
-        let inside =
-            numbered.filter_map(|(position, number)| is_inside(position).then_some(number));
-        let inside: Vec<u32> = inside.collect();
+        let inside = numbered.filter(|(position, number)| is_inside(position) && is_kept(*number));
+        let inside: Vec<u32> = inside.map(|(_, number)| number).collect();
         if inside.is_empty() {
             let option = if part.crop.is_some() {
                 "--crop"

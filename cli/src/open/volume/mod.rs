@@ -27,8 +27,8 @@ use crate::cameras::framing;
 use crate::cameras::framing::volume::{Small, corners};
 use crate::cameras::framing::{Extent, Measure, seen_points};
 use crate::look;
+use crate::look::transfer;
 use crate::look::transfer::Suggested;
-use crate::look::{options, transfer};
 use crate::open::volume::data::{Content, Keeping};
 use crate::open::volume::key_motion::VolumeMotion;
 use crate::picture::Drawn;
@@ -57,7 +57,9 @@ impl OpenVolume {
     pub(crate) fn read(args: VolsplatArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
         let plan = Plan::new(&request(&args))?;
         let typed = look::typed_options(&args, plan.finish.format)?;
-        options::layers(&args.render.options.blend, plan.finish.format)?;
+        plan.finish
+            .format
+            .layers(args.render.options.blend.layers.as_ref())?;
         let mut open = loaded(args, &typed, (plan, purpose), verbosity.progress())?;
         open.cameras = cameras(&mut open)?;
         if purpose != Purpose::Draw {

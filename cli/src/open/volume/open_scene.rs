@@ -8,7 +8,6 @@ use volsplat::Layer;
 
 use crate::args::Drawing;
 use crate::cameras::viewpoint;
-use crate::look::options;
 use crate::open::open_scene::{OpenScene, Parts, Probed};
 use crate::open::setting::Setting;
 use crate::open::volume::{OpenVolume, drawn, motion, request};
@@ -97,7 +96,11 @@ impl OpenScene for OpenVolume {
     }
 
     fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
-        let layers = options::layers(&self.args.render.options.blend, self.plan.finish.format)?;
+        let layers = self
+            .plan
+            .finish
+            .format
+            .layers(self.args.render.options.blend.layers.as_ref())?;
         picture::in_window(camera, window, &mut |camera| {
             let mut drawn = self.draw(camera)?;
             drawn
@@ -133,7 +136,11 @@ impl OpenScene for OpenVolume {
             bail!("--tile requires the field renderer; use --frames instead");
         }
         let request = request(&open.args);
-        let layers = options::layers(&open.args.render.options.blend, open.plan.finish.format)?;
+        let layers = open
+            .plan
+            .finish
+            .format
+            .layers(open.args.render.options.blend.layers.as_ref())?;
         open.content.show_transfer(&open.args.transfer)?;
         let stats = RunStats {
             planned,

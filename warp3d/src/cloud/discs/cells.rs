@@ -7,7 +7,7 @@
 use glam::Vec3;
 
 /// Points of a leaf, which are searched one by one; the last one may have fewer.
-const LEAF: usize = 16;
+pub(crate) const LEAF: usize = 16;
 
 /// Ranges longer than this are sorted by two tasks. A guess.
 const TASK: usize = 1 << 14;
@@ -77,20 +77,27 @@ impl Tree {
         self.search(at, [0, self.places.len()], nearest);
     }
 
-    /// Visits the places inside a box and some beside it, until one asks for the end; returns false then.
-    pub(crate) fn for_each_within(
+    /// The places of the leaf whose first place has this slot.
+    pub(crate) fn leaf(&self, first: usize) -> &[Place] {
+        &self.places[first..(first + LEAF).min(self.places.len())]
+    }
+
+    /// Visits the leaves that a box meets: the slot of the first place, and the box that all lie in. Ends where one visit asks for it, and
+    /// returns false then.
+    pub(crate) fn for_each_leaf(
         &self,
         within: [Vec3; 2],
-        mut visit: impl FnMut(Vec3) -> bool,
+        mut visit: impl FnMut(usize, [Vec3; 2]) -> bool,
     ) -> bool {
-        let mut waiting = [[0; 2]; MOST_DEPTH];
-        waiting[0] = [0, self.places.len()];
+        let everywhere = [Vec3::NEG_INFINITY, Vec3::INFINITY];
+        let mut waiting = [([0; 2], everywhere); MOST_DEPTH];
+        waiting[0].0 = [0, self.places.len()];
         let mut count = 1;
         while count > 0 {
             count -= 1;
-            let [first, end] = waiting[count];
+            let ([first, end], bounds) = waiting[count];
             if end - first <= LEAF {
-                if !self.places[first..end].iter().all(|place| visit(place.at)) {
+                if !visit(first, bounds) {
                     return false;
                 }
                 continue;
@@ -99,11 +106,15 @@ impl Tree {
             let Split { value, axis } = self.splits[middle / LEAF];
             let axis = usize::from(axis);
             if within[1][axis] >= value {
-                waiting[count] = [middle, end];
+                let mut bounds = bounds;
+                bounds[0][axis] = value;
+                waiting[count] = ([middle, end], bounds);
                 count += 1;
             }
             if within[0][axis] <= value {
-                waiting[count] = [first, middle];
+                let mut bounds = bounds;
+                bounds[1][axis] = value;
+                waiting[count] = ([first, middle], bounds);
                 count += 1;
             }
         }

@@ -1,14 +1,15 @@
 //! The nearest neighbours of sixteen points at a time.
 //!
-//! Takes a row of places in the tree's order, which lie together, and a distance; gathers all that lies within that of their box, once,
-//! and ranks for each point those within the distance. Points that have too few there are left to a search of their own.
+//! Takes a leaf of the tree, whose places lie together, and a distance; gathers the leaves within that of it, once, and keeps for each point
+//! a sorted list of the nearest ones: all sixteen lists take up a gathered point at once. Points that have too few within the distance are left
+//! to a search of their own.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, u32x16};
 use fearless_simd_macros::simd;
 use glam::Vec3;
 
-use crate::cloud::discs::cells::Tree;
+use crate::cloud::discs::cells::{LEAF, Place, Tree};
 use crate::cloud::lanes::{LANES, Lanes};
 
 /// Points of a fit, the point itself among them: two rings around it on a grid have 8 and 16. A guess.
@@ -18,146 +19,163 @@ pub(crate) const NEAR: usize = 13;
 /// border of a surface for twice as many points.
 pub(crate) const RING: usize = 6;
 
-/// Most points that are gathered for a row.
-const MOST_GATHERED: usize = 512;
+/// Most leaves that are gathered for a row.
+const MOST_LEAVES: usize = 32;
 
-/// Most points within the distance of one: their place takes the low bits of the key that ranks them.
-const MOST_WITHIN: usize = 64;
+/// Most points that are gathered for a row: 512.
+const MOST_GATHERED: usize = MOST_LEAVES * LEAF;
 
-/// The bits of a key that hold the place.
-const PLACE_BITS: u32 = 63;
+/// The low bits of a key, which hold the place among the gathered points.
+const PLACE_BITS: u32 = 511;
+
+/// In place of points that a leaf lacks: far from all others, with a finite square.
+const NOWHERE: f32 = 3e18;
 
 /// The nearest neighbours of sixteen points.
 #[derive(Clone, Debug)]
 pub(crate) struct Crowd {
-    /// Gathered points.
-    at: [Vec<f32>; 3],
-    /// Offsets of the nearest ones from each point, nearest first, along x, y and z; the last one means nothing.
-    pub(crate) offsets: [[Lanes; NEAR + 1]; 3],
+    gathered: Gathered,
+    /// Offsets of the nearest ones from each point, nearest first, along x, y and z.
+    pub(crate) offsets: [[Lanes; NEAR]; 3],
     /// The points that have their neighbours; one bit each.
     pub(crate) found: u64,
+}
+
+/// Points around a row, leaf by leaf.
+#[derive(Clone, Debug)]
+struct Gathered {
+    leaves: usize,
+    /// The leaf that is the row itself.
+    own: usize,
+    /// Places along x, y and z.
+    at: [[f32; MOST_GATHERED]; 3],
+    /// The box that each leaf lies in.
+    bounds: [[Vec3; 2]; MOST_LEAVES],
+}
+
+/// The keys of the nearest points, least first: squared distances, whose low bits say which points they are.
+type Keys<S> = [f32x16<S>; NEAR];
+
+impl Gathered {
+    /// Takes up a leaf; false where there is no more room.
+    #[inline(always)]
+    fn push(&mut self, places: &[Place], bounds: [Vec3; 2]) -> bool {
+        let leaf = self.leaves % MOST_LEAVES;
+        for axis in 0..3 {
+            let to = &mut self.at[axis][LEAF * leaf..][..LEAF];
+            if places.len() < LEAF {
+                to.fill(NOWHERE);
+            }
+            for (to, place) in to.iter_mut().zip(places) {
+                *to = place.at[axis];
+            }
+        }
+        self.bounds[leaf] = bounds;
+        self.leaves += 1;
+        self.leaves < MOST_LEAVES
+    }
 }
 
 impl Crowd {
     pub(crate) fn new() -> Self {
         Self {
-            at: [Vec::new(), Vec::new(), Vec::new()],
-            offsets: [[[0.0; LANES]; NEAR + 1]; 3],
+            gathered: Gathered {
+                leaves: 0,
+                own: 0,
+                at: [[0.0; MOST_GATHERED]; 3],
+                bounds: [[Vec3::ZERO; 2]; MOST_LEAVES],
+            },
+            offsets: [[[0.0; LANES]; NEAR]; 3],
             found: 0,
         }
     }
 
-    /// Finds the neighbours of the places from `first` on that lie within `distance`.
+    /// Finds the neighbours of the places of a leaf, the first of which has this slot, that lie within `distance`.
     #[inline(always)]
-    pub(crate) fn find<S: Simd>(
-        &mut self,
-        simd: S,
-        tree: &Tree,
-        (first, count): (usize, usize),
-        distance: f32,
-    ) {
+    pub(crate) fn find<S: Simd>(&mut self, simd: S, tree: &Tree, first: usize, distance: f32) {
         self.found = 0;
-        let places = &tree.places[first..first + count];
+        let places = tree.leaf(first);
         let (mut low, mut high) = (places[0].at, places[0].at);
         for place in places {
             low = low.min(place.at);
             high = high.max(place.at);
         }
-        self.at.iter_mut().for_each(Vec::clear);
-        let to = &mut self.at;
-        let is_complete = tree.for_each_within([low - distance, high + distance], |place: Vec3| {
-            for (to, coordinate) in to.iter_mut().zip(place.to_array()) {
-                to.push(coordinate);
+        let gathered = &mut self.gathered;
+        gathered.leaves = 0;
+        let is_complete = tree.for_each_leaf([low - distance, high + distance], |slot, bounds| {
+            if slot == first {
+                gathered.own = gathered.leaves;
             }
-            to[0].len() < MOST_GATHERED
+            gathered.push(tree.leaf(slot), bounds)
         });
         if !is_complete {
             return;
         }
-        let padded = self.at[0].len().next_multiple_of(LANES);
-        for to in &mut self.at {
-            to.resize(padded, f32::INFINITY);
-        }
-        for (lane, place) in places.iter().enumerate() {
-            let is_found = rank(
-                simd,
-                &self.at,
-                (place.at, lane),
-                distance,
-                &mut self.offsets,
-            );
-            self.found |= u64::from(is_found) << lane;
+        let own = gathered.own % MOST_LEAVES * LEAF;
+        let most = f32x16::splat(simd, distance * distance);
+        let [xs, ys, zs] = &gathered.at;
+        let at = [
+            f32x16::from_slice(simd, &xs[own..own + LEAF]),
+            f32x16::from_slice(simd, &ys[own..own + LEAF]),
+            f32x16::from_slice(simd, &zs[own..own + LEAF]),
+        ];
+        let keys = nearest(simd, gathered, at, most);
+        self.found = keys[NEAR - 1].simd_lt(most).to_bitmask();
+        let [to_x, to_y, to_z] = &mut self.offsets;
+        let ranked = keys.iter().zip(to_x).zip(to_y).zip(to_z);
+        for (((key, to_x), to_y), to_z) in ranked {
+            let mut from = [0u32; LANES];
+            let place = key.bitcast::<u32x16<S>>() & PLACE_BITS;
+            place.store_slice(&mut from);
+            for (lane, &from) in from.iter().enumerate() {
+                let from = from as usize % MOST_GATHERED;
+                to_x[lane] = xs[from] - xs[own + lane];
+                to_y[lane] = ys[from] - ys[own + lane];
+                to_z[lane] = zs[from] - zs[own + lane];
+            }
         }
     }
 }
 
-/// Ranks the gathered points within a distance of a place by their distance; false where too few or too many are.
+/// The keys of the gathered points nearest to each of sixteen places, nearer than where the square is `most`, which fills the rest.
 #[simd]
-fn rank<S: Simd>(
-    simd: S,
-    gathered: &[Vec<f32>; 3],
-    (at, lane): (Vec3, usize),
-    distance: f32,
-    offsets: &mut [[Lanes; NEAR + 1]; 3],
-) -> bool {
-    let mut keys = [u32::MAX; MOST_WITHIN];
-    let mut within = [0; MOST_WITHIN];
-    let mut count = 0;
-    let most = f32x16::splat(simd, distance * distance);
-    let [xs, ys, zs] = gathered;
-    let rows = xs
-        .chunks_exact(LANES)
-        .zip(ys.chunks_exact(LANES))
-        .zip(zs.chunks_exact(LANES));
-    for (row, ((x, y), z)) in rows.enumerate() {
-        let x = f32x16::from_slice(simd, x) - at.x;
-        let y = f32x16::from_slice(simd, y) - at.y;
-        let z = f32x16::from_slice(simd, z) - at.z;
+fn nearest<S: Simd>(simd: S, gathered: &Gathered, at: [f32x16<S>; 3], most: f32x16<S>) -> Keys<S> {
+    let zero = f32x16::splat(simd, 0.0);
+    let mut keys = [most; NEAR];
+    let others = (0..gathered.leaves).filter(|leaf| *leaf != gathered.own);
+    // The row's own points are the nearest, and keep most others out of the lists.
+    for leaf in std::iter::once(gathered.own).chain(others) {
+        let [low, high] = gathered.bounds[leaf % MOST_LEAVES];
+        let x = (at[0] - high.x).max(zero - at[0] + low.x).max(zero);
+        let y = (at[1] - high.y).max(zero - at[1] + low.y).max(zero);
+        let z = (at[2] - high.z).max(zero - at[2] + low.z).max(zero);
         let square = x.mul_add(x, y.mul_add(y, z * z));
-        let mut left = square.simd_le(most).to_bitmask();
-        if left == 0 {
+        if !square.simd_lt(keys[NEAR - 1]).any_true() {
             continue;
         }
-        if count + left.count_ones() as usize > MOST_WITHIN {
-            return false;
-        }
-        let mut squares = [0.0f32; LANES];
-        square.store_slice(&mut squares);
-        while left != 0 {
-            let from = left.trailing_zeros() as usize % LANES;
-            left &= left - 1;
-            // Distances are ranked to 17 bits; the place among those within decides beyond them.
-            let key = squares[from].to_bits() & !PLACE_BITS | count as u32;
-            keys[count % MOST_WITHIN] = key;
-            within[count % MOST_WITHIN] = LANES * row + from;
-            count += 1;
-        }
-    }
-    if count < NEAR {
-        return false;
-    }
-    let put = |rank: usize, from: usize, offsets: &mut [[Lanes; NEAR + 1]; 3]| {
-        // Those that are too far share the last place, which no one reads: a branch would cost more.
-        let rank = rank.min(NEAR);
-        offsets[0][rank][lane] = xs[from] - at.x;
-        offsets[1][rank][lane] = ys[from] - at.y;
-        offsets[2][rank][lane] = zs[from] - at.z;
-    };
-    let few = [
-        u32x16::from_slice(simd, &keys[..LANES]),
-        u32x16::from_slice(simd, &keys[LANES..2 * LANES]),
-    ];
-    let is_few = count <= 2 * LANES;
-    for (&key, &from) in keys.iter().zip(&within).take(count) {
-        let key = u32x16::splat(simd, key);
-        let nearer = |group: u32x16<S>| group.simd_lt(key).to_bitmask().count_ones() as usize;
-        let mut rank = nearer(few[0]) + nearer(few[1]);
-        if !is_few {
-            for group in keys[2 * LANES..].chunks_exact(LANES) {
-                rank += nearer(u32x16::from_slice(simd, group));
+        let first = leaf % MOST_LEAVES * LEAF;
+        for (number, bits) in (first..first + LEAF).zip(first as u32..) {
+            let x = at[0] - gathered.at[0][number];
+            let y = at[1] - gathered.at[1][number];
+            let z = at[2] - gathered.at[2][number];
+            let square = x.mul_add(x, y.mul_add(y, z * z));
+            // Distances are ranked to 14 bits; the place decides beyond them.
+            let ranked = square.bitcast::<u32x16<S>>() & !PLACE_BITS | bits;
+            let key: f32x16<S> = ranked.bitcast();
+            if key.simd_lt(keys[NEAR - 1]).any_true() {
+                insert(&mut keys, key);
             }
         }
-        put(rank, from, offsets);
     }
-    true
+    keys
+}
+
+/// Puts a key into each sorted list, from which the greatest falls.
+#[inline(always)]
+fn insert<S: Simd>(keys: &mut Keys<S>, mut key: f32x16<S>) {
+    for kept in keys {
+        let less = kept.min(key);
+        key = kept.max(key);
+        *kept = less;
+    }
 }

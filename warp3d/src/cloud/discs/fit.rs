@@ -11,6 +11,8 @@ pub(crate) struct Plane {
     pub(crate) normal: DVec3,
     /// Standard deviations along the normal, and along the lesser and the greater axis of the plane; world units.
     pub(crate) deviations: [f64; 3],
+    /// The plane's place along the normal from the place that it was fitted around, world units.
+    pub(crate) offset: f64,
 }
 
 impl Plane {
@@ -29,11 +31,14 @@ pub(crate) fn plane(at: Vec3, places: impl Iterator<Item = Vec3>) -> Plane {
         sum += d;
         squares += outer(d);
     }
-    let covariance = squares * (1.0 / count) - outer(sum / count);
+    let mean = sum / count;
+    let covariance = squares * (1.0 / count) - outer(mean);
     let variances = eigenvalues(&covariance);
+    let normal = normal_of(&covariance, variances);
     Plane {
-        normal: normal_of(&covariance, variances),
+        normal,
         deviations: variances.map(|v| v.max(0.0).sqrt()),
+        offset: normal.dot(mean),
     }
 }
 

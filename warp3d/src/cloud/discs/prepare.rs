@@ -159,11 +159,10 @@ pub struct Prepared {
     pub left_out: LeftOut,
 }
 
-/// The most memory that making discs of so many points takes beside the cloud, bytes: a place in the tree with its share of the splits, a fit, a
-/// fate, a disc and its number.
+/// The most memory that making discs of so many points takes beside the cloud, bytes: a place in the tree with its share of the splits, a disc, a
+/// reach and a copy of it, a fate.
 pub fn prepare_bytes(points: usize) -> u64 {
-    const EACH: usize =
-        size_of::<Place>() + 1 + size_of::<(Disc, f32)>() + 1 + size_of::<Disc>() + 4;
+    const EACH: usize = size_of::<Place>() + 1 + size_of::<Disc>() + 2 * size_of::<f32>() + 1;
     EACH as u64 * points as u64
 }
 
@@ -182,20 +181,22 @@ pub fn prepare(cloud: &PointCloud) -> Result<Prepared, Error> {
 pub fn prepare_with(cloud: &PointCloud, floating: Floating) -> Result<Prepared, Error> {
     cloud.validate()?;
     let tree = Tree::new(&cloud.positions);
-    let mut fitted = vec![(NO_DISC, 0.0); tree.places.len()];
+    let mut discs = vec![NO_DISC; tree.places.len()];
+    let mut reaches = vec![0.0; tree.places.len()];
     let level = SimdLevel::Auto.resolve();
-    let blocks = fitted.par_chunks_mut(BLOCK).enumerate();
-    blocks.for_each(|(block, fits)| {
+    let blocks = discs.par_chunks_mut(BLOCK);
+    let blocks = blocks.zip(reaches.par_chunks_mut(BLOCK)).enumerate();
+    blocks.for_each(|(block, (discs, reaches))| {
         let mut fitter = Fitter::new(&tree, cloud);
-        dispatch!(level, simd => fitter.fit(simd, block * BLOCK, fits));
+        dispatch!(level, simd => fitter.fit(simd, block * BLOCK, (discs, reaches)));
     });
-    let reaches = fitted.iter().map(|(_, reach)| *reach);
-    let thin = THIN_REACHES * usual_most(reaches.collect());
-    let keep: Vec<Keep> = fitted
+    let thin = THIN_REACHES * usual_most(reaches.clone());
+    let keep: Vec<Keep> = discs
         .par_chunks(BLOCK)
         .enumerate()
-        .flat_map_iter(|(block, discs)| kept(&tree, (&fitted, thin), discs, block * BLOCK))
+        .flat_map_iter(|(block, discs)| kept(&tree, (&reaches, thin), discs, block * BLOCK))
         .collect();
+    drop(reaches);
     let counted = |what| keep.par_iter().filter(|&&k| k == what).count() as u64;
     let has_disc = |keep: Keep| match (keep, floating) {
         (Keep::Kept, _) | (Keep::Isolated, Floating::Kept) => true,
@@ -208,13 +209,14 @@ pub fn prepare_with(cloud: &PointCloud, floating: Floating) -> Result<Prepared, 
         },
         without_spacing: counted(Keep::WithoutSpacing),
     };
+    let kept = keep.iter().filter(|&&keep| has_disc(keep)).count();
+    let mut points = Vec::with_capacity(kept);
     let places = tree.places.iter().zip(&keep);
-    let points = places.filter_map(|(place, keep)| has_disc(*keep).then_some(place.index));
-    let points = points.collect();
+    points.extend(places.filter_map(|(place, keep)| has_disc(*keep).then_some(place.index)));
     drop(tree);
-    let pairs = fitted.into_iter().zip(keep);
-    let discs = pairs.filter_map(|((disc, _), keep)| has_disc(keep).then_some(disc));
-    let mut discs: Vec<Disc> = discs.collect();
+    let mut fates = keep.iter();
+    discs.retain(|_| fates.next().is_some_and(|&keep| has_disc(keep)));
+    discs.shrink_to_fit();
     limit(&mut discs);
     Ok(Prepared {
         origin_in_world: cloud.origin_in_world,
@@ -292,38 +294,49 @@ impl<'a> Fitter<'a> {
 
     /// Makes the discs of a block, whose first place has this slot.
     #[inline(always)]
-    fn fit<S: Simd>(&mut self, simd: S, first: usize, fits: &mut [(Disc, f32)]) {
+    fn fit<S: Simd>(&mut self, simd: S, first: usize, (discs, reaches): (&mut [Disc], &mut [f32])) {
         let limits = limits();
         let mut distance = ROW_REACHES * self.fitted(first).1;
-        for (row, fits) in fits.chunks_mut(LANES).enumerate() {
+        let rows = discs.chunks_mut(LANES).zip(reaches.chunks_mut(LANES));
+        for (row, (discs, reaches)) in rows.enumerate() {
             let first = first + row * LANES;
-            let (tree, count) = (self.tree, fits.len());
-            self.crowd.find(simd, tree, (first, count), distance);
+            let (tree, count) = (self.tree, discs.len());
+            self.crowd.find(simd, tree, first, distance);
             let found = self.crowd.found;
             let row = rows::fitted(simd, &self.crowd.offsets, &limits);
-            let mut reaches = 0.0;
-            for (lane, fit) in fits.iter_mut().enumerate() {
+            // Colours lie far apart in memory, and are waited for together.
+            let mut colours = [[0; 3]; LANES];
+            for (to, place) in colours.iter_mut().zip(&tree.places[first..first + count]) {
+                *to = self.cloud.colours[place.index as usize];
+            }
+            let mut sum = 0.0;
+            for (lane, (disc, reach)) in discs.iter_mut().zip(reaches).enumerate() {
                 let is_usual = found & row.usual & 1 << lane != 0;
-                *fit = match is_usual {
-                    true => self.of_row(&row, first + lane, lane),
+                (*disc, *reach) = match is_usual {
+                    true => self.of_row(&row, first + lane, lane, colours[lane]),
                     false => self.fitted(first + lane),
                 };
-                reaches += fit.1;
+                sum += *reach;
             }
-            distance = ROW_REACHES * reaches / count as f32;
+            distance = ROW_REACHES * sum / count as f32;
         }
     }
 
-    fn of_row(&self, row: &Row, slot: usize, lane: usize) -> (Disc, f32) {
+    #[inline(always)]
+    fn of_row(&self, row: &Row, slot: usize, lane: usize, colour: [u8; 3]) -> (Disc, f32) {
         let place = self.tree.places[slot];
         let disc = Disc {
             position: place.at.to_array(),
-            normal: row.normal.map(|lanes| lanes[lane]),
+            normal: [
+                row.normal[0][lane],
+                row.normal[1][lane],
+                row.normal[2][lane],
+            ],
             cut: [0.0; 3],
             radius: row.radius[lane],
             spacing: row.spacing[lane],
             thickness: row.thickness[lane],
-            colour: self.cloud.colours[place.index as usize],
+            colour,
         };
         (disc, row.reach[lane])
     }
@@ -341,6 +354,8 @@ impl<'a> Fitter<'a> {
         self.before = (squares.len() == NEAR).then_some((place.at, reach));
         let mut plane = plane_of(self.tree, place.at, &self.near);
         let mut has_wide = false;
+        // A point that noise has moved off the surface is put back.
+        let mut back = Vec3::ZERO;
         if plane.roughness() > ROUGH {
             self.tree
                 .nearest(place.at, WIDE, f32::INFINITY, &mut self.wide);
@@ -348,6 +363,7 @@ impl<'a> Fitter<'a> {
             let wide = plane_of(self.tree, place.at, &self.wide);
             if wide.roughness() < FLATTER * plane.roughness() {
                 plane = wide;
+                back = (plane.normal * plane.offset).as_vec3();
             }
         }
         let (spacing, mut edge) = edge_of(self.tree, place.at, &self.near, &plane, &mut self.flat);
@@ -364,7 +380,7 @@ impl<'a> Fitter<'a> {
             false => Vec3::ZERO,
         };
         let disc = Disc {
-            position: place.at.to_array(),
+            position: (place.at + back).to_array(),
             normal: plane.normal.as_vec3().to_array(),
             cut: cut.to_array(),
             radius: single(edge.radius * part_of_rough(plane.roughness())),
@@ -504,31 +520,32 @@ fn reach_of(near: &Nearest, flat: &[DVec2], ends: &[Side], spacing: f64) -> f64 
 /// The fates of the points of a block, whose first one has this slot. `thin` is the reach beyond which points that fill a volume float.
 fn kept<'a>(
     tree: &'a Tree,
-    (all, thin): (&'a [(Disc, f32)], f32),
-    block: &'a [(Disc, f32)],
+    (reaches, thin): (&'a [f32], f32),
+    block: &'a [Disc],
     first: usize,
 ) -> impl Iterator<Item = Keep> + 'a {
-    let mut reaches: Vec<f32> = block.iter().map(|(_, reach)| *reach).collect();
-    let middle = reaches.len() / 2;
-    let usual = *reaches.select_nth_unstable_by(middle, f32::total_cmp).1;
+    let own = &reaches[first..first + block.len()];
+    let mut sorted = own.to_vec();
+    let middle = sorted.len() / 2;
+    let usual = *sorted.select_nth_unstable_by(middle, f32::total_cmp).1;
     let floats = move |disc: &Disc, reach: f32, slot: usize| {
         let is_dust = reach > thin && disc.thickness > FILLED_PART * reach;
-        is_dust || (reach > FAR_REACHES * usual && is_far(tree, all, slot))
+        is_dust || (reach > FAR_REACHES * usual && is_far(tree, reaches, slot))
     };
-    let judge = move |(i, &(disc, reach)): (usize, &(Disc, f32))| {
+    let judge = move |(i, (disc, &reach)): (usize, (&Disc, &f32))| {
         if !(reach > 0.0) {
             Keep::WithoutSpacing
-        } else if floats(&disc, reach, first + i) {
+        } else if floats(disc, reach, first + i) {
             Keep::Isolated
         } else {
             Keep::Kept
         }
     };
-    block.iter().enumerate().map(judge)
+    block.iter().zip(own).enumerate().map(judge)
 }
 
 /// Returns true if most neighbours have nearer ones than this place.
-fn is_far(tree: &Tree, all: &[(Disc, f32)], slot: usize) -> bool {
+fn is_far(tree: &Tree, reaches: &[f32], slot: usize) -> bool {
     let mut near = Nearest::new();
     tree.nearest(tree.places[slot].at, NEAR, f32::INFINITY, &mut near);
     let neighbours = || {
@@ -537,6 +554,7 @@ fn is_far(tree: &Tree, all: &[(Disc, f32)], slot: usize) -> bool {
             .zip(near.squares())
             .filter(|(s, _)| **s as usize != slot)
     };
-    let far = neighbours().filter(|(s, square)| square.sqrt() > FAR_REACHES * all[**s as usize].1);
+    let far =
+        neighbours().filter(|(s, square)| square.sqrt() > FAR_REACHES * reaches[**s as usize]);
     2 * far.count() > neighbours().count()
 }

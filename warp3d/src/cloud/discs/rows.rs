@@ -73,7 +73,7 @@ struct Planes<S: Simd> {
 
 /// Fits discs to the offsets of neighbours, nearest first.
 #[simd]
-pub(crate) fn fitted<S: Simd>(simd: S, offsets: &[[Lanes; NEAR + 1]; 3], limits: &Limits) -> Row {
+pub(crate) fn fitted<S: Simd>(simd: S, offsets: &[[Lanes; NEAR]; 3], limits: &Limits) -> Row {
     let splat = |value: f32| f32x16::splat(simd, value);
     let (zero, one) = (splat(0.0), splat(1.0));
     let place = |number: usize| {

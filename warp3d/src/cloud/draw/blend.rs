@@ -6,11 +6,10 @@
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
-use resample_core::Projection;
 use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
 
-use crate::cloud::draw::project::REACH_SIGMAS;
+use crate::cloud::draw::sizes::REACH_SIGMAS;
 use crate::cloud::draw::splat::{Splat, form};
 use crate::cloud::lanes::Lanes;
 use crate::cloud::options::Blend;
@@ -56,13 +55,7 @@ struct Sums<S: Simd> {
 impl<S: Simd> Sums<S> {
     /// A function of its own: inside a greater one the sums do not stay in registers.
     #[simd]
-    fn of(
-        simd: S,
-        block: &Block,
-        projection: Projection,
-        splats: &[Splat],
-        touching: &[u32],
-    ) -> Self {
+    fn of(simd: S, block: &Block, splats: &[Splat], touching: &[u32]) -> Self {
         let splat = |value: f32| f32x16::splat(simd, value);
         let zero = splat(0.0);
         let farthest_q = single(REACH_SIGMAS * REACH_SIGMAS);
@@ -80,13 +73,13 @@ impl<S: Simd> Sums<S> {
             let disc = &splats[number as usize];
             let (dx, dy) = (x - disc.at[0], y - disc.at[1]);
             let form = form(simd, &disc.gaussian, [dx, dy]);
-            let met = disc.met(simd, projection, [dx, dy]);
-            let q = met.ratio * met.ratio * form;
+            let met = disc.met(simd, [dx, dy]);
+            let q = met.square * form;
             let belongs = q.simd_le(splat(farthest_q)) & met.z.simd_le(front);
             if !belongs.any_true() {
                 continue;
             }
-            let weight = exp_of_negative(simd, q * -0.5) * disc.weight;
+            let weight = exp_of_half(simd, q) * disc.weight;
             let weight = belongs.select(weight, zero);
             let depth = met.z - from;
             let (wx, wy) = (weight * dx, weight * dy);
@@ -152,16 +145,46 @@ impl<S: Simd> Sums<S> {
     }
 }
 
+/// The mean of the normals of the discs that touch a block, times their weights: turned to the eye, camera space, of no certain length.
+#[simd]
+pub(crate) fn mean_normals<S: Simd>(
+    simd: S,
+    block: &Block,
+    touching: impl Iterator<Item = (Splat, [f32; 3])>,
+) -> [Lanes; 3] {
+    let x = f32x16::from_slice(simd, &block.x);
+    let y = f32x16::from_slice(simd, &block.y);
+    let front = f32x16::from_slice(simd, &block.front);
+    let farthest_q = f32x16::splat(simd, single(REACH_SIGMAS * REACH_SIGMAS));
+    let zero = f32x16::splat(simd, 0.0);
+    let mut sums = [zero; 3];
+    for (disc, normal) in touching {
+        let offset = [x - disc.at[0], y - disc.at[1]];
+        let met = disc.met(simd, offset);
+        let q = met.square * form(simd, &disc.gaussian, offset);
+        let belongs = q.simd_le(farthest_q) & met.z.simd_le(front);
+        let weight = belongs.select(exp_of_half(simd, q) * disc.weight, zero);
+        for (sum, part) in sums.iter_mut().zip(normal) {
+            *sum = weight.mul_add(f32x16::splat(simd, part), *sum);
+        }
+    }
+    let mut lanes = [[0.0; 16]; 3];
+    for (lanes, sum) in lanes.iter_mut().zip(sums) {
+        sum.store_slice(lanes);
+    }
+    lanes
+}
+
 /// Blends the discs that touch a block.
 #[simd]
 pub(crate) fn blended<S: Simd>(
     simd: S,
     block: &Block,
-    (projection, blend): (Projection, Blend),
+    blend: Blend,
     splats: &[Splat],
     touching: &[u32],
 ) -> Blended {
-    let sums = Sums::of(simd, block, projection, splats, touching);
+    let sums = Sums::of(simd, block, splats, touching);
     let splat = |value: f32| f32x16::splat(simd, value);
     let [red, green, blue, depth] = sums.values(simd, blend);
     let front = f32x16::from_slice(simd, &block.front);
@@ -181,16 +204,14 @@ pub(crate) fn blended<S: Simd>(
     to
 }
 
-/// e^x for -4 <= x <= 0 as (e^(x/16))^16 with four terms: each is wrong by (x/16)^5 / 120, all 16 by 1.3e-4 of the value at most.
+/// e^(-q/2) for 0 <= q <= 7.84, wrong by 6e-5 at most: the polynomial of least greatest error (found by iterated weights).
 #[inline(always)]
-fn exp_of_negative<S: Simd>(simd: S, x: f32x16<S>) -> f32x16<S> {
+fn exp_of_half<S: Simd>(simd: S, q: f32x16<S>) -> f32x16<S> {
     let splat = |value: f32| f32x16::splat(simd, value);
-    let (x, one) = (x * (1.0 / 16.0), splat(1.0));
-    let e = x.mul_add(splat(1.0 / 24.0), splat(1.0 / 6.0));
-    let e = e.mul_add(x, splat(0.5));
-    let e = e.mul_add(x, one).mul_add(x, one);
-    let e = e * e;
-    let e = e * e;
-    let e = e * e;
-    e * e
+    let e = q.mul_add(splat(3.561_290_4e-6), splat(-1.267_328_3e-4));
+    let e = e.mul_add(q, splat(2.024_195_9e-3));
+    let e = e.mul_add(q, splat(-0.019_440_647));
+    let e = e.mul_add(q, splat(0.123_348_504));
+    let e = e.mul_add(q, splat(-0.499_252_86));
+    e.mul_add(q, splat(0.999_944_5))
 }

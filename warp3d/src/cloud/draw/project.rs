@@ -11,28 +11,15 @@ use resample_core::Projection;
 use resample_core::light::{AMBIENT, DIFFUSE};
 use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
-use resample_core::tile::TILE_PX;
 
 use crate::cloud::discs::prepare::Disc;
-use crate::cloud::draw::splat::Splat;
+use crate::cloud::draw::sizes::{
+    APRON_PX, BLOCK_PX, LEAST_HALF_AXIS_PX, MOST_REACH_PX, REACH_SIGMAS, TILE_PX,
+};
+use crate::cloud::draw::splat::{FLAT, Splat};
 use crate::cloud::draw::view::{Middles, View};
 use crate::cloud::lanes::{LANES, Lanes, Triple, dot, loaded};
 use crate::cloud::options::Shade;
-
-/// Footprints of the blend end at this many standard deviations, where a weight is 1/50 of that in the middle.
-pub(crate) const REACH_SIGMAS: f64 = 2.8;
-
-/// A tile also needs the pixels around it: the pixel's Gaussian reaches 1.5 px.
-pub(crate) const APRON_PX: usize = 1;
-
-/// Side of a block, px.
-pub(crate) const BLOCK_PX: usize = 4;
-
-/// Least half axis of a disc that is seen edge-on, px: keeps its form finite. An eighth of a subpixel of coverage.
-pub(crate) const LEAST_HALF_AXIS_PX: f32 = 1.0 / 32.0;
-
-/// Largest reach of a disc from its middle, px: one that the eye stands on would cover the picture in every tile. A guess.
-pub(crate) const MOST_REACH_PX: f32 = 512.0;
 
 /// Least sine of the angle between a ray and a disc's plane: below it the disc counts as so inclined.
 const LEAST_SINE: f32 = 1e-3;
@@ -51,14 +38,13 @@ const LEAST_AREA_PX2: f32 = 1e-6;
 #[derive(Clone, Debug)]
 pub(crate) struct Gathered {
     count: usize,
-    offset: [Lanes; 3],
-    base: [Lanes; 3],
+    place: [Lanes; 3],
     normal: [Lanes; 3],
     cut: [Lanes; 3],
     radius: Lanes,
     spacing: Lanes,
     thickness: Lanes,
-    colour: [Lanes; 3],
+    colour: [[u8; 3]; LANES],
 }
 
 /// Projected discs, as the fields of [`Splat`].
@@ -69,6 +55,8 @@ struct Projected {
     depths: [Lanes; 2],
     tolerance: Lanes,
     slope: [Lanes; 2],
+    most_change: Lanes,
+    deeper: [Lanes; 2],
     gaussian: [Lanes; 3],
     disc: [Lanes; 3],
     cut: [Lanes; 2],
@@ -84,63 +72,78 @@ impl Gathered {
         const NONE: Lanes = [0.0; LANES];
         Self {
             count: 0,
-            offset: [NONE; 3],
-            base: [NONE; 3],
+            place: [NONE; 3],
             normal: [NONE; 3],
             cut: [NONE; 3],
             radius: NONE,
             spacing: NONE,
             thickness: NONE,
-            colour: [NONE; 3],
+            colour: [[0; 3]; LANES],
         }
     }
 
-    /// Takes up discs with their numbers, at most 16.
+    /// Takes up a disc at this place in camera space; there is room for 16.
     #[inline(always)]
-    pub(crate) fn fill(&mut self, view: &View, numbers: &[u32], discs: &[Disc]) {
-        self.count = numbers.len();
-        for (lane, (&number, disc)) in numbers.iter().zip(discs).enumerate() {
-            let (offset, base) = view.placed(number as usize, disc);
-            for axis in 0..3 {
-                self.offset[axis][lane] = offset[axis];
-                self.base[axis][lane] = base[axis];
-                self.normal[axis][lane] = disc.normal[axis];
-                self.cut[axis][lane] = disc.cut[axis];
-                self.colour[axis][lane] = view.linear[usize::from(disc.colour[axis])];
-            }
-            self.radius[lane] = disc.radius;
-            self.spacing[lane] = disc.spacing;
-            self.thickness[lane] = disc.thickness;
+    pub(crate) fn push(&mut self, disc: &Disc, place: [f32; 3]) {
+        let lane = self.count % LANES;
+        for (axis, place) in place.into_iter().enumerate() {
+            self.place[axis][lane] = place;
+            self.normal[axis][lane] = disc.normal[axis];
+            self.cut[axis][lane] = disc.cut[axis];
         }
+        self.radius[lane] = disc.radius;
+        self.spacing[lane] = disc.spacing;
+        self.thickness[lane] = disc.thickness;
+        self.colour[lane] = disc.colour;
+        self.count = lane + 1;
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    pub(crate) fn is_full(&self) -> bool {
+        self.count == LANES
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.count = 0;
     }
 }
 
-/// Adds the discs that the camera sees to the splats of the tile whose first pixel is `first`.
+/// Adds the discs that the camera sees in a tile, whose first pixel is `first`, and not beyond the depth `far`, to the tile's splats.
 #[simd]
 pub(crate) fn project<S: Simd>(
     simd: S,
     view: &View,
-    first: [usize; 2],
+    (first, far): ([usize; 2], f32),
     discs: &Gathered,
     to: &mut Vec<Splat>,
 ) {
-    let found = projected(simd, view, first, discs);
-    for lane in (0..discs.count).filter(|lane| found.seen >> lane & 1 == 1) {
+    let found = projected(simd, view, (first, far), discs);
+    // The series of 1 / (1 - c) and of its square; a parallel picture has the plane itself.
+    let wider = match view.projection {
+        Projection::Perspective => [2.0, 3.0],
+        Projection::Orthographic => [0.0, 0.0],
+    };
+    let mut seen = found.seen & u64::MAX >> (64 - discs.count.clamp(1, LANES));
+    while seen != 0 {
+        let lane = seen.trailing_zeros() as usize % LANES;
+        seen &= seen - 1;
         let pick = |values: &Lanes| values[lane];
         let light = found.light[lane];
-        let [x0, y0, x1, y1] = [0, 1, 2, 3].map(|i: usize| found.blend_box[i][lane]);
-        let blocks = if x0 <= x1 {
-            let columns = (0b10u16 << x1) - (1u16 << x0);
-            (y0..=y1).fold(0, |all, y| all | columns << (4 * y))
-        } else {
-            0
-        };
+        let [red, green, blue] = discs.colour[lane];
+        let [x0, y0, x1, y1] = &found.blend_box;
+        let blocks = blocks_of([x0[lane], y0[lane], x1[lane], y1[lane]]);
         to.push(Splat {
             at: [pick(&found.at[0]), pick(&found.at[1])],
             z: pick(&found.z),
             depths: [pick(&found.depths[0]), pick(&found.depths[1])],
             tolerance: pick(&found.tolerance),
             slope: [pick(&found.slope[0]), pick(&found.slope[1])],
+            most_change: pick(&found.most_change),
+            deeper: [pick(&found.deeper[0]), pick(&found.deeper[1])],
+            wider,
             gaussian: [
                 pick(&found.gaussian[0]),
                 pick(&found.gaussian[1]),
@@ -154,9 +157,9 @@ pub(crate) fn project<S: Simd>(
             cut: [pick(&found.cut[0]), pick(&found.cut[1])],
             weight: pick(&found.weight),
             rgb: [
-                light * discs.colour[0][lane],
-                light * discs.colour[1][lane],
-                light * discs.colour[2][lane],
+                light * view.linear[usize::from(red)],
+                light * view.linear[usize::from(green)],
+                light * view.linear[usize::from(blue)],
             ],
             disc_box: [
                 found.disc_box[0][lane],
@@ -169,13 +172,31 @@ pub(crate) fn project<S: Simd>(
     }
 }
 
+/// The blocks from these first column and row to these last ones, one bit each; the first lie after the last where there is no block.
+#[inline(always)]
+fn blocks_of([x0, y0, x1, y1]: [u32; 4]) -> u64 {
+    /// The first block of each row.
+    const STARTS: u64 = 0x0101_0101_0101_0101;
+    if x0 > x1 || y0 > y1 {
+        return 0;
+    }
+    let columns = (0b10 << x1) - (1 << x0);
+    let rows = STARTS >> (8 * (7 - (y1 - y0))) << (8 * y0);
+    columns * rows
+}
+
 #[simd]
-fn projected<S: Simd>(simd: S, view: &View, first: [usize; 2], discs: &Gathered) -> Projected {
+fn projected<S: Simd>(
+    simd: S,
+    view: &View,
+    (first, far): ([usize; 2], f32),
+    discs: &Gathered,
+) -> Projected {
     let splat = |value: f32| f32x16::splat(simd, value);
     let load = |values: &Lanes| f32x16::from_slice(simd, values);
     let (zero, one) = (splat(0.0), splat(1.0));
     let from = [first[0] as f64, first[1] as f64];
-    let middles = view.middles(simd, &discs.offset, &discs.base, from);
+    let middles = view.middles(simd, loaded(simd, &discs.place), from);
     let Middles {
         place,
         ray,
@@ -205,9 +226,7 @@ fn projected<S: Simd>(simd: S, view: &View, first: [usize; 2], discs: &Gathered)
     let larger = splat(view.larger);
     let radius = load(&discs.radius) * larger;
     let spacing = load(&discs.spacing) * larger;
-    // The blend reaches wherever the disc covers.
-    let sigma =
-        (spacing * single(view.options.sigma_spacings)).max(radius * single(1.0 / REACH_SIGMAS));
+    let sigma = view.sigma(spacing, radius);
     let shape = Shape::of(simd, view.focal, &ray, &normal, across);
     let pixel = single(PIXEL_SIGMA_PX * PIXEL_SIGMA_PX);
     let blurred = shape.covariance(simd, sigma * scale, pixel);
@@ -216,9 +235,14 @@ fn projected<S: Simd>(simd: S, view: &View, first: [usize; 2], discs: &Gathered)
     let half_depth = radius * normal[0].mul_add(normal[0], normal[1] * normal[1]).sqrt();
     let nearest = z - half_depth;
     // A disc's near side is larger on the screen than its middle says.
-    let grown = match view.projection {
-        Projection::Perspective => z / nearest.max(splat(view.near)),
-        Projection::Orthographic => one,
+    let (grown, most_change, deeper) = match view.projection {
+        Projection::Perspective => {
+            let half = half_depth * scale;
+            let is_flat = half.simd_lt(splat(FLAT));
+            let grown = z / nearest.max(splat(view.near));
+            (grown, is_flat.select(half, splat(-1.0)), [z, z])
+        }
+        Projection::Orthographic => (one, half_depth, [one, zero]),
     };
     let area = (spacing * scale) * (spacing * scale) * shape.area;
     let weight = area.max(splat(LEAST_AREA_PX2))
@@ -226,9 +250,10 @@ fn projected<S: Simd>(simd: S, view: &View, first: [usize; 2], discs: &Gathered)
     let stretch = (length / inclined).min(splat(MOST_STRETCH));
     let behind = stretch * single(view.options.depth_tolerance_spacings);
     let tolerance = behind.mul_add(spacing, load(&discs.thickness) * THICKNESS_SIGMAS);
-    let [disc_box, blend_box] = footprint_boxes(simd, &at, [&ellipse, &blurred], grown);
+    let ([disc_box, blend_box], touches) = footprint_boxes(simd, &at, [&ellipse, &blurred], grown);
     let seen = z.simd_gt(splat(view.near)) & blurred.is_usable(simd) & ellipse.is_usable(simd);
     let seen = seen & weight.simd_lt(splat(f32::INFINITY));
+    let seen = seen & touches & nearest.simd_le(splat(far));
     let light = light(simd, view, (&ray, length), &normal);
     Projected {
         seen: seen.to_bitmask(),
@@ -237,6 +262,8 @@ fn projected<S: Simd>(simd: S, view: &View, first: [usize; 2], discs: &Gathered)
         depths: [lanes(nearest), lanes(z + half_depth)],
         tolerance: lanes(tolerance),
         slope: [lanes(slope[0]), lanes(slope[1])],
+        most_change: lanes(most_change),
+        deeper: [lanes(deeper[0]), lanes(deeper[1])],
         gaussian: inverse(simd, &blurred),
         disc: inverse(simd, &ellipse),
         cut: [lanes(cut[0]), lanes(cut[1])],
@@ -248,26 +275,29 @@ fn projected<S: Simd>(simd: S, view: &View, first: [usize; 2], discs: &Gathered)
 }
 
 /// First and last column and row of the pixels that a disc covers, the last exclusive, from the apron's first; and of the blocks that
-/// its blend reaches. Covariances are those of the disc and of the blend; `grown` makes up for the disc's nearer side.
+/// its blend reaches; and whether there are any. Covariances are those of the disc and of the blend; `grown` makes up for the disc's nearer side.
 #[inline(always)]
 fn footprint_boxes<S: Simd>(
     simd: S,
     at: &[f32x16<S>; 2],
     [ellipse, blurred]: [&Covariance<S>; 2],
     grown: f32x16<S>,
-) -> [[[u32; LANES]; 4]; 2] {
+) -> ([[[u32; LANES]; 4]; 2], mask32x16<S>) {
     let splat = |value: f32| f32x16::splat(simd, value);
     let whole = |v: f32x16<S>, to: &mut [u32; LANES]| v.to_int::<u32x16<S>>().store_slice(to);
     let (zero, most) = (splat(0.0), splat(MOST_REACH_PX));
     let side = splat((TILE_PX + 2 * APRON_PX) as f32);
     let blocks = splat((TILE_PX / BLOCK_PX) as f32);
     let mut boxes = [[[0; LANES]; 4]; 2];
+    let mut touches = [mask32x16::splat(simd, true); 2];
     for axis in 0..2 {
         let disc = (ellipse.matrix[2 * axis].sqrt() * grown).min(most);
         let blend = (blurred.matrix[2 * axis].sqrt() * grown * single(REACH_SIGMAS)).min(most);
         // Pixels whose centres lie within, counted from the apron's first.
         let low = (at[axis] - disc - 0.5).ceil() + APRON_PX as f32;
         let high = (at[axis] + disc - 0.5).floor() + (APRON_PX + 1) as f32;
+        // Subpixels lie up to half a pixel from their pixel's centre: they may be covered where no centre is.
+        touches[0] &= low.simd_lt(side + 1.0) & high.simd_gt(splat(-1.0));
         whole(low.max(zero).min(side), &mut boxes[0][axis]);
         whole(high.max(zero).min(side), &mut boxes[0][axis + 2]);
         let per_block = 1.0 / BLOCK_PX as f32;
@@ -275,10 +305,12 @@ fn footprint_boxes<S: Simd>(
         let high = ((at[axis] + blend - 0.5).floor() * per_block).floor();
         // One that ends before the tile has its first block after its last.
         let low = high.simd_lt(zero).select(blocks, low.max(zero).min(blocks));
+        let high = high.max(zero).min(blocks - 1.0);
+        touches[1] &= low.simd_le(high);
         whole(low, &mut boxes[1][axis]);
-        whole(high.max(zero).min(blocks - 1.0), &mut boxes[1][axis + 2]);
+        whole(high, &mut boxes[1][axis + 2]);
     }
-    boxes
+    (boxes, touches[0] | touches[1])
 }
 
 #[inline(always)]

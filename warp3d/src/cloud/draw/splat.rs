@@ -2,10 +2,11 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, mask32x16};
-use resample_core::Projection;
+use fearless_simd_macros::simd;
 
-/// Change of depth over a disc against its depth, below which a series of three terms gives its inverse to f32's rounding.
-const FLAT: f32 = 1.0 / 128.0;
+/// Change of depth over a disc against its depth, below which series of three terms give the depth, and the square of its ratio, to f32's
+/// rounding.
+pub(crate) const FLAT: f32 = 1.0 / 256.0;
 
 /// A disc on the screen. Places are px from the tile's first corner; forms are of the offset of a pixel's centre from the disc's
 /// middle, px.
@@ -22,6 +23,12 @@ pub(crate) struct Splat {
     pub(crate) tolerance: f32,
     /// Perspective: change of z of the middle over z; orthographic: change of z, world units. Per px.
     pub(crate) slope: [f32; 2],
+    /// The change goes so far at most; negative where the series below do not hold.
+    pub(crate) most_change: f32,
+    /// The depth less the middle's over the change: for a change of 0, and its slope.
+    pub(crate) deeper: [f32; 2],
+    /// The square of the ratio of depths less 1 over the change, likewise.
+    pub(crate) wider: [f32; 2],
     /// The blend's Gaussian exp(-q / 2): xx, twice xy, yy.
     pub(crate) gaussian: [f32; 3],
     /// The disc itself, q <= 1: xx, twice xy, yy.
@@ -35,49 +42,49 @@ pub(crate) struct Splat {
     /// Column and row, and the ends, of the disc in the tile with its apron.
     pub(crate) disc_box: [u32; 4],
     /// Blocks of the tile that the blend's footprint touches.
-    pub(crate) blocks: u16,
+    pub(crate) blocks: u64,
 }
 
-/// Discs at one pixel each: depth and, for perspective, that over the depth of the disc's middle.
+/// Discs at one pixel each: depth and, for perspective, the square of that over the depth of the disc's middle.
 pub(crate) struct Met<S: Simd> {
     pub(crate) z: f32x16<S>,
-    pub(crate) ratio: f32x16<S>,
+    pub(crate) square: f32x16<S>,
 }
 
 impl Splat {
     #[inline(always)]
-    pub(crate) fn met<S: Simd>(
-        &self,
-        simd: S,
-        projection: Projection,
-        [dx, dy]: [f32x16<S>; 2],
-    ) -> Met<S> {
+    pub(crate) fn met<S: Simd>(&self, simd: S, [dx, dy]: [f32x16<S>; 2]) -> Met<S> {
         let splat = |value: f32| f32x16::splat(simd, value);
-        let [nearest, farthest] = self.depths;
         let change = dx.mul_add(splat(self.slope[0]), dy * self.slope[1]);
+        if self.most_change < 0.0 {
+            return self.met_of_deep(simd, change);
+        }
+        let c = change
+            .max(splat(-self.most_change))
+            .min(splat(self.most_change));
+        let deeper = c.mul_add(splat(self.deeper[1]), splat(self.deeper[0]));
+        let wider = c.mul_add(splat(self.wider[1]), splat(self.wider[0]));
+        Met {
+            z: c.mul_add(deeper, splat(self.z)),
+            square: c.mul_add(wider, splat(1.0)),
+        }
+    }
+
+    /// As `met`, where the depth changes much over a disc: z = middle's z / (1 - change); beyond the horizon of the plane it is as far as
+    /// the disc goes.
+    #[cold]
+    #[simd]
+    fn met_of_deep<S: Simd>(&self, simd: S, change: f32x16<S>) -> Met<S> {
+        let splat = |value: f32| f32x16::splat(simd, value);
         let one = splat(1.0);
-        match projection {
-            // z = middle's z / (1 - change); beyond the horizon of the plane it is as far as the disc goes.
-            Projection::Perspective => {
-                let half = (farthest - self.z) / self.z;
-                let ratio = if half < FLAT {
-                    let c = change.max(splat(-half)).min(splat(half));
-                    let over = c.mul_add(c.mul_add(c + one, one), one);
-                    over.max(splat(1.0 - half)).min(splat(1.0 + half))
-                } else {
-                    let over = one / (one - change).max(splat(f32::MIN_POSITIVE));
-                    over.max(splat(nearest.max(0.0) / self.z))
-                        .min(splat(1.0 + half))
-                };
-                Met {
-                    z: ratio * self.z,
-                    ratio,
-                }
-            }
-            Projection::Orthographic => Met {
-                z: (change + self.z).max(splat(nearest)).min(splat(farthest)),
-                ratio: one,
-            },
+        let [nearest, farthest] = self.depths;
+        let over = one / (one - change).max(splat(f32::MIN_POSITIVE));
+        let ratio = over
+            .max(splat(nearest.max(0.0) / self.z))
+            .min(splat(farthest / self.z));
+        Met {
+            z: ratio * self.z,
+            square: ratio * ratio,
         }
     }
 
@@ -89,9 +96,13 @@ impl Splat {
         [dx, dy]: [f32x16<S>; 2],
     ) -> mask32x16<S> {
         let one = f32x16::splat(simd, 1.0);
-        let q = met.ratio * met.ratio * form(simd, &self.disc, [dx, dy]);
-        let cut = met.ratio * dx.mul_add(f32x16::splat(simd, self.cut[0]), dy * self.cut[1]);
-        q.simd_le(one) & cut.simd_le(one)
+        let q = met.square * form(simd, &self.disc, [dx, dy]);
+        let covers = q.simd_le(one);
+        if self.cut == [0.0; 2] {
+            return covers;
+        }
+        let cut = dx.mul_add(f32x16::splat(simd, self.cut[0]), dy * self.cut[1]);
+        covers & (met.square.sqrt() * cut).simd_le(one)
     }
 }
 

@@ -1,31 +1,37 @@
-//! One tile of 16x16 px, with an apron: visibility, then the blend, then coverage.
+//! One tile, with an apron: visibility, then the blend, then coverage.
 //!
 //! Takes the discs of a tile, nearest first, returns colour and depth of its pixels. The front is, at each pixel, the least depth of
 //! a disc there plus the disc's tolerance; a disc before it belongs to the visible surface, and all that do are blended. Discs behind
 //! the whole front are not even projected. A pixel whose neighbours are all covered is opaque. Else subpixels, of it and of its
 //! neighbours, say whether a disc covers them, and the pixel's Gaussian sums them.
 
-use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
+use fearless_simd::{f32x4, f32x16};
 use fearless_simd_macros::simd;
+use glam::Vec3;
 use resample_core::narrow::single;
 use resample_core::point::PIXEL_SIGMA_PX;
 use resample_core::sort::{entry_index, entry_key, sort_by_depth};
-use resample_core::tile::{MAX_CHUNK_LEN, TILE_AREA, TILE_PX};
+use resample_core::tile::MAX_CHUNK_LEN;
 
-use crate::cloud::discs::prepare::NO_DISC;
-use crate::cloud::draw::blend::{Blended, Block, blended};
+use crate::cloud::draw::blend::{Blended, Block, blended, mean_normals};
+use crate::cloud::draw::choice::Fetched;
 use crate::cloud::draw::listed::Listed;
-use crate::cloud::draw::project::{APRON_PX, BLOCK_PX, Gathered, project};
+use crate::cloud::draw::project::{Gathered, project};
+use crate::cloud::draw::sizes::{APRON_PX, BLOCK_PX, TILE_PX};
 use crate::cloud::draw::splat::Splat;
 use crate::cloud::draw::view::View;
 use crate::cloud::lanes::{LANES, Lanes};
+use crate::cloud::options::CloudLayer;
 
 /// Side of the tile with its apron, px.
 const SIDE: usize = TILE_PX + 2 * APRON_PX;
 
-/// Columns of a row of the front: two vectors.
-const STRIDE: usize = 2 * LANES;
+/// Columns of a row of the front.
+const STRIDE: usize = SIDE + PATCH_PX;
+
+/// Pixels of a tile.
+const TILE_AREA: usize = TILE_PX * TILE_PX;
 
 /// Blocks of a tile.
 const BLOCKS: usize = TILE_AREA / LANES;
@@ -34,28 +40,33 @@ const BLOCKS: usize = TILE_AREA / LANES;
 /// that times the greatest density of the pixel's Gaussian, 0.8 per px: 0.1.
 const MOST_SUB: usize = 8;
 
-/// Discs that are projected between two looks for the farthest front.
-const BATCH: usize = 4 * LANES;
+/// Groups that are fetched between two looks for the farthest front.
+const BATCH: usize = 6;
 
-/// The columns of a row of the front, px from the tile's first corner.
-const COLUMNS: [Lanes; 2] = {
-    let mut columns = [[0.0; LANES]; 2];
-    let mut at = 0;
-    while at < STRIDE {
-        columns[at / LANES][at % LANES] = at as f32 + 0.5 - APRON_PX as f32;
-        at += 1;
+/// Rows and columns of pixels that are taken at once where a disc is put on the front.
+const PATCH_PX: usize = 4;
+
+/// The pixels of a patch, from the middle of its first.
+const PATCH: [Lanes; 2] = {
+    let mut places = [[0.0; LANES]; 2];
+    let mut lane = 0;
+    while lane < LANES {
+        places[0][lane] = (lane % PATCH_PX) as f32;
+        places[1][lane] = (lane / PATCH_PX) as f32;
+        lane += 1;
     }
-    columns
+    places
 };
 
-/// A value of each pixel of the tile with its apron.
-type Plane = [[f32; STRIDE]; SIDE];
+/// A value of each pixel of the tile with its apron; patches may reach past its ends.
+type Plane = [[f32; STRIDE]; SIDE + PATCH_PX];
 
 /// The buffers of a tile.
 #[derive(Clone, Debug)]
 pub(crate) struct TileScratch {
     entries: Vec<u64>,
     sorted: Vec<u64>,
+    fetched: [Fetched; BATCH],
     gathered: Gathered,
     splats: Vec<Splat>,
     of_block: [Vec<u32>; BLOCKS],
@@ -71,6 +82,15 @@ pub(crate) struct TileScratch {
     /// Weights of the subpixels of three pixels along one axis.
     kernel: [f32; 3 * MOST_SUB],
     pixels: Vec<Pixel>,
+    normals: Vec<[f32; 3]>,
+}
+
+/// The picture of a tile, pixel by pixel in rows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shown<'a> {
+    pub(crate) pixels: &'a [Pixel],
+    /// World normals towards the eye, times coverage; empty where they are not asked for.
+    pub(crate) normals: &'a [[f32; 3]],
 }
 
 /// Where a tile lies.
@@ -132,17 +152,40 @@ impl TileScratch {
         Self {
             entries: Vec::new(),
             sorted: Vec::new(),
+            fetched: std::array::from_fn(|_| Fetched::new()),
             gathered: Gathered::new(),
             splats: Vec::new(),
             of_block: std::array::from_fn(|_| Vec::new()),
-            front: [[f32::INFINITY; STRIDE]; SIDE],
+            front: [[f32::INFINITY; STRIDE]; SIDE + PATCH_PX],
             masks: [[0; SIDE]; SIDE],
             alpha: [1.0; TILE_AREA],
             sub,
             places: [lanes(&|i| i % sub), lanes(&|i| i / sub)],
             kernel: std::array::from_fn(|i| single(weight(i) / sum)),
             pixels: Vec::new(),
+            normals: Vec::new(),
         }
+    }
+
+    /// Fetches the next groups that are not farther than `far`; fewer than [`BATCH`] where there are no more. They lie far apart in
+    /// memory, and are waited for together.
+    fn fetch(
+        &mut self,
+        view: &View,
+        listed: &Listed,
+        entries: &mut std::slice::Iter<u64>,
+        far: f32,
+    ) -> usize {
+        let mut near = entries.filter(|entry| f32::from_bits(entry_key(**entry)) <= far);
+        for (count, to) in self.fetched.iter_mut().enumerate() {
+            let Some(&entry) = near.next() else {
+                return count;
+            };
+            let index = entry_index(entry) as usize;
+            let number = listed.chunks[index / MAX_CHUNK_LEN].primitives[index % MAX_CHUNK_LEN];
+            to.fill(view, &view.groups.groups[number as usize]);
+        }
+        BATCH
     }
 
     /// Where subpixels matter: within two pixels of an uncovered one. `None` where every pixel is covered.
@@ -194,6 +237,11 @@ impl TileScratch {
     fn alpha(&self, place: &TilePlace, x: usize, y: usize) -> f32 {
         let [[left, right], [top, bottom]] = place.inside;
         let (mut alpha, side) = (0.0, self.sub);
+        let near = self.masks[y..y + 3].iter().flat_map(|row| &row[x..x + 3]);
+        let whole = u64::MAX >> (64 - side * side);
+        if near.fold(whole, |all, mask| all & mask) == whole {
+            return 1.0;
+        }
         for row in 0..3 * side {
             let line = &self.masks[(y + row / side).clamp(top, bottom - 1)];
             let mut sum = 0.0;
@@ -261,6 +309,34 @@ impl TileScratch {
     }
 }
 
+impl TileScratch {
+    /// The normals of the surface that the pixels show.
+    #[simd]
+    fn find_normals<S: Simd>(
+        &mut self,
+        simd: S,
+        view: &View,
+        place: &TilePlace,
+        blocks: &[Block; BLOCKS],
+    ) {
+        self.normals.resize(TILE_AREA, [0.0; 3]);
+        for (number, block) in blocks.iter().enumerate() {
+            let touching = self.of_block[number].iter().map(|&number| {
+                let splat = self.splats[number as usize];
+                (splat, view.normal_of(&splat, place.first).to_array())
+            });
+            let [x, y, z] = mean_normals(simd, block, touching);
+            for lane in 0..LANES {
+                let [column, row] = pixel_of(number, lane);
+                let at = row * TILE_PX + column;
+                let normal = Vec3::new(x[lane], y[lane], z[lane]).normalize_or_zero();
+                let seen = self.pixels[at].rgba[3];
+                self.normals[at] = (view.in_world(normal) * seen).to_array();
+            }
+        }
+    }
+}
+
 /// Column and row of a block's pixel in the tile.
 fn pixel_of(block: usize, lane: usize) -> [usize; 2] {
     let across = TILE_PX / BLOCK_PX;
@@ -270,7 +346,7 @@ fn pixel_of(block: usize, lane: usize) -> [usize; 2] {
     ]
 }
 
-/// Draws a tile: the pixels of its 16x16, in rows; `None` where no disc may be.
+/// Draws a tile, pixel by pixel in rows; `None` where no disc may be.
 #[simd]
 pub(crate) fn draw_tile<'a, S: Simd>(
     simd: S,
@@ -278,7 +354,7 @@ pub(crate) fn draw_tile<'a, S: Simd>(
     listed: &Listed,
     tile: [u16; 2],
     scratch: &'a mut TileScratch,
-) -> Option<&'a [Pixel]> {
+) -> Option<Shown<'a>> {
     scratch.entries.clear();
     for chunk in &listed.chunks {
         scratch
@@ -290,29 +366,36 @@ pub(crate) fn draw_tile<'a, S: Simd>(
     }
     sort_by_depth(&mut scratch.entries, &mut scratch.sorted);
     let place = TilePlace::new(tile.map(usize::from), view.size);
-    scratch.front = [[f32::INFINITY; STRIDE]; SIDE];
+    scratch.front = [[f32::INFINITY; STRIDE]; SIDE + PATCH_PX];
     scratch.splats.clear();
     find_front(simd, view, listed, &place, scratch);
     let needed = scratch.rims(&place);
     scratch.alpha.fill(1.0);
     if let Some(needed) = &needed {
         scratch.widen_front();
-        cover(simd, view, &place, needed, scratch);
+        cover(simd, &place, needed, scratch);
         scratch.find_alpha(&place);
     }
     let blocks = scratch.blocks();
     scratch.list_by_block(&blocks);
     scratch.pixels.clear();
     scratch.pixels.resize(TILE_AREA, EMPTY);
-    let how = (view.projection, view.options.blend);
+    let blend = view.options.blend;
     for (number, block) in blocks.iter().enumerate() {
         let touching = &scratch.of_block[number];
         if !touching.is_empty() {
-            let blended = blended(simd, block, how, &scratch.splats, touching);
+            let blended = blended(simd, block, blend, &scratch.splats, touching);
             scratch.put(number, &blended);
         }
     }
-    Some(&scratch.pixels)
+    scratch.normals.clear();
+    if view.options.layers.contains(&CloudLayer::Normal) {
+        scratch.find_normals(simd, view, &place, &blocks);
+    }
+    Some(Shown {
+        pixels: &scratch.pixels,
+        normals: &scratch.normals,
+    })
 }
 
 /// Projects the discs that are not hidden by those before them, and finds the front.
@@ -325,44 +408,41 @@ fn find_front<S: Simd>(
     scratch: &mut TileScratch,
 ) {
     let mut far = f32::INFINITY;
-    let mut numbers = [0; BATCH];
-    let mut entries = scratch.entries.iter();
+    let mut known = 0;
+    let entries = std::mem::take(&mut scratch.entries);
+    let mut rest = entries.iter();
+    scratch.gathered.clear();
     loop {
-        let mut count = 0;
-        for &entry in entries.by_ref() {
-            if f32::from_bits(entry_key(entry)) > far {
-                continue;
-            }
-            let index = entry_index(entry) as usize;
-            numbers[count] = listed.chunks[index / MAX_CHUNK_LEN].primitives[index % MAX_CHUNK_LEN];
-            count += 1;
-            if count == BATCH {
-                break;
+        let groups = scratch.fetch(view, listed, &mut rest, far);
+        for group in &scratch.fetched[..groups] {
+            let chosen = group.chosen(simd, view, place.first, far);
+            let mut needed = chosen.needed;
+            while needed != 0 {
+                let lane = needed.trailing_zeros() as usize % LANES;
+                needed &= needed - 1;
+                let [x, y, z] = &chosen.place;
+                let at = [x[lane], y[lane], z[lane]];
+                scratch.gathered.push(&group.discs()[lane], at);
+                if scratch.gathered.is_full() {
+                    let to = &mut scratch.splats;
+                    project(simd, view, (place.first, far), &scratch.gathered, to);
+                    scratch.gathered.clear();
+                }
             }
         }
-        if count == 0 {
+        let is_last = groups < BATCH;
+        if is_last && !scratch.gathered.is_empty() {
+            let to = &mut scratch.splats;
+            project(simd, view, (place.first, far), &scratch.gathered, to);
+        }
+        lower_front(simd, &scratch.splats[known..], &mut scratch.front);
+        if is_last {
             break;
         }
-        // They lie far apart in memory, and are fetched together.
-        let mut fetched = [NO_DISC; BATCH];
-        for (to, &number) in fetched.iter_mut().zip(&numbers[..count]) {
-            *to = view.discs[number as usize];
-        }
-        let groups = numbers[..count].chunks(LANES).zip(fetched.chunks(LANES));
-        let known = scratch.splats.len();
-        for (numbers, discs) in groups {
-            scratch.gathered.fill(view, numbers, discs);
-            project(
-                simd,
-                view,
-                place.first,
-                &scratch.gathered,
-                &mut scratch.splats,
-            );
-        }
-        lower_front(simd, view, &scratch.splats[known..], &mut scratch.front);
         far = farthest(place, &scratch.front);
+        known = scratch.splats.len();
     }
+    scratch.entries = entries;
 }
 
 /// The farthest front of the pixels in the picture.
@@ -383,25 +463,42 @@ fn farthest(place: &TilePlace, front: &Plane) -> f32 {
 
 /// Lowers the front to where discs are, at the pixels whose centres they cover.
 #[simd]
-fn lower_front<S: Simd>(simd: S, view: &View, splats: &[Splat], front: &mut Plane) {
-    let columns = [
-        f32x16::from_slice(simd, &COLUMNS[0]),
-        f32x16::from_slice(simd, &COLUMNS[1]),
+fn lower_front<S: Simd>(simd: S, splats: &[Splat], front: &mut Plane) {
+    let patch = [
+        f32x16::from_slice(simd, &PATCH[0]),
+        f32x16::from_slice(simd, &PATCH[1]),
     ];
     for disc in splats {
-        let [x0, y0, x1, y1] = disc.disc_box.map(|edge| edge as usize);
-        for (row, lanes) in front.iter_mut().enumerate().take(y1).skip(y0) {
-            let dy = row as f32 + 0.5 - APRON_PX as f32 - disc.at[1];
-            for half in x0 / LANES..x1.div_ceil(LANES) {
-                let (dx, dy) = (columns[half] - disc.at[0], f32x16::splat(simd, dy));
-                let met = disc.met(simd, view.projection, [dx, dy]);
+        let [x0, y0, x1, y1] = disc.disc_box;
+        let [x0, y0, x1, y1] = [x0 as usize, y0 as usize, x1 as usize, y1 as usize];
+        let offset = |first: usize, axis: usize| {
+            patch[axis] + (first as f32 + (0.5 - APRON_PX as f32) - disc.at[axis])
+        };
+        for y in (y0..y1).step_by(PATCH_PX) {
+            for x in (x0..x1).step_by(PATCH_PX) {
+                let (dx, dy) = (offset(x, 0), offset(y, 1));
+                let met = disc.met(simd, [dx, dy]);
                 let covers = disc.covers(simd, &met, [dx, dy]);
-                let lanes = &mut lanes[LANES * half..][..LANES];
-                let old = f32x16::from_slice(simd, lanes);
-                let new = old.min(met.z + disc.tolerance);
-                covers.select(new, old).store_slice(lanes);
+                let new = covers.select(met.z + disc.tolerance, f32x16::splat(simd, f32::INFINITY));
+                lower(simd, front, [x, y], new);
             }
         }
+    }
+}
+
+/// Lowers the front in a patch.
+#[inline(always)]
+fn lower<S: Simd>(simd: S, front: &mut Plane, [x, y]: [usize; 2], new: f32x16<S>) {
+    let rows: &mut [[f32; STRIDE]; PATCH_PX] = match front[y..].first_chunk_mut() {
+        Some(rows) => rows,
+        None => return,
+    };
+    let (top, bottom) = new.split();
+    let (first, second) = top.split();
+    let (third, fourth) = bottom.split();
+    for (row, new) in rows.iter_mut().zip([first, second, third, fourth]) {
+        let to = &mut row[x..x + PATCH_PX];
+        f32x4::from_slice(simd, to).min(new).store_slice(to);
     }
 }
 
@@ -409,7 +506,6 @@ fn lower_front<S: Simd>(simd: S, view: &View, splats: &[Splat], front: &mut Plan
 #[simd]
 fn cover<S: Simd>(
     simd: S,
-    view: &View,
     place: &TilePlace,
     needed: &[[bool; SIDE]; SIDE],
     scratch: &mut TileScratch,
@@ -438,7 +534,7 @@ fn cover<S: Simd>(
                         from_centre + (offset[axis] - disc.at[axis])
                     };
                     let (dx, dy) = (place(0), place(1));
-                    let met = disc.met(simd, view.projection, [dx, dy]);
+                    let met = disc.met(simd, [dx, dy]);
                     let covered = disc.covers(simd, &met, [dx, dy]);
                     *mask |= covered.to_bitmask() << (LANES * group) & whole;
                 }

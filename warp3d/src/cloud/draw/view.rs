@@ -13,11 +13,11 @@ use resample_core::simd::Vectors;
 use resample_core::{Camera, Projection};
 
 use crate::cloud::discs::prepare::{Disc, Prepared};
+use crate::cloud::draw::groups::{Group, Groups};
+use crate::cloud::draw::sizes::{BLOCK_DISCS, REACH_SIGMAS};
+use crate::cloud::draw::splat::Splat;
 use crate::cloud::lanes::{Lanes, Triple, loaded};
 use crate::cloud::options::CloudOptions;
-
-/// Discs of a block; neighbours, since discs are in the order of a tree.
-const BLOCK: usize = 256;
 
 /// The first disc of a block.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,6 +30,7 @@ struct Base {
 #[derive(Clone, Debug)]
 pub(crate) struct View<'a> {
     pub(crate) discs: &'a [Disc],
+    pub(crate) groups: &'a Groups,
     bases: Vec<Base>,
     pub(crate) projection: Projection,
     /// Width and height of the picture, px.
@@ -65,6 +66,7 @@ pub(crate) struct Middles<S: Simd> {
 impl<'a> View<'a> {
     pub(crate) fn new(
         prepared: &'a Prepared,
+        groups: &'a Groups,
         camera: &Camera,
         options: &'a CloudOptions,
         level: Vectors,
@@ -82,7 +84,12 @@ impl<'a> View<'a> {
         let linear = |code: usize| linear_from_srgb(code as f32 / 255.0);
         Self {
             discs: &prepared.discs,
-            bases: prepared.discs.par_chunks(BLOCK).map(base).collect(),
+            groups,
+            bases: prepared
+                .discs
+                .par_chunks(BLOCK_DISCS * groups.every)
+                .map(base)
+                .collect(),
             projection: camera.projection,
             size: [camera.width as usize, camera.height as usize],
             rows: [0, 1, 2].map(|row| singles(pose.matrix3.row(row))),
@@ -97,15 +104,34 @@ impl<'a> View<'a> {
         }
     }
 
-    /// The offset of the disc of this number from the first one of its block, and that one's place in camera space.
+    /// The unit normal of a splat of the tile whose first pixel is `first`, turned to the eye: along it the splat's depth changes as its
+    /// slope says.
+    pub(crate) fn normal_of(&self, splat: &Splat, first: [usize; 2]) -> Vec3 {
+        let across = [0, 1].map(|axis: usize| splat.slope[axis] * self.focal[axis]);
+        let along = match self.projection {
+            Projection::Perspective => {
+                let ray = [0, 1].map(|axis: usize| {
+                    let from = self.centre[axis] - first[axis] as f64;
+                    (splat.at[axis] - single(from)) / self.focal[axis]
+                });
+                -1.0 - across[0] * ray[0] - across[1] * ray[1]
+            }
+            Projection::Orthographic => -1.0,
+        };
+        Vec3::new(across[0], across[1], along).normalize_or_zero()
+    }
+
+    /// Turns a vector of camera space into the world.
+    pub(crate) fn in_world(&self, v: Vec3) -> Vec3 {
+        let [first, second, third] = self.rows.map(Vec3::from);
+        v.x * first + v.y * second + v.z * third
+    }
+
+    /// The first disc of the block of a group: its place, and that in camera space.
     #[inline(always)]
-    pub(crate) fn placed(&self, number: usize, disc: &Disc) -> ([f32; 3], [f32; 3]) {
-        let (base, at) = (&self.bases[number / BLOCK], &disc.position);
-        let from = base.in_disc_space;
-        (
-            [at[0] - from[0], at[1] - from[1], at[2] - from[2]],
-            base.in_camera,
-        )
+    pub(crate) fn base(&self, group: &Group) -> ([f32; 3], [f32; 3]) {
+        let base = &self.bases[group.first as usize / (BLOCK_DISCS * self.groups.every)];
+        (base.in_disc_space, base.in_camera)
     }
 
     /// Turns vectors into camera space.
@@ -120,22 +146,33 @@ impl<'a> View<'a> {
         [row(first), row(second), row(third)]
     }
 
-    /// Where discs lie, from what [`View::placed`] says of each; on the screen relative to `from`, px.
+    /// Where discs lie in camera space, from the offsets from the first discs of their blocks and from the places of those.
     #[inline(always)]
-    pub(crate) fn middles<S: Simd>(
+    pub(crate) fn places<S: Simd>(
         &self,
         simd: S,
         offset: &[Lanes; 3],
-        base: &[Lanes; 3],
-        from: [f64; 2],
-    ) -> Middles<S> {
-        let splat = |value: f32| f32x16::splat(simd, value);
-        let (turned, base) = (self.turned(simd, offset), loaded(simd, base));
-        let place = [
+        base: &Triple<S>,
+    ) -> Triple<S> {
+        let turned = self.turned(simd, offset);
+        [
             turned[0] + base[0],
             turned[1] + base[1],
             turned[2] + base[2],
-        ];
+        ]
+    }
+
+    /// Standard deviation of the blend of discs of these sizes: it reaches wherever the disc covers.
+    #[inline(always)]
+    pub(crate) fn sigma<S: Simd>(&self, spacing: f32x16<S>, radius: f32x16<S>) -> f32x16<S> {
+        let sigma = spacing * single(self.options.sigma_spacings);
+        sigma.max(radius * single(1.0 / REACH_SIGMAS))
+    }
+
+    /// Where places lie on the screen, relative to `from`, px.
+    #[inline(always)]
+    pub(crate) fn middles<S: Simd>(&self, simd: S, place: Triple<S>, from: [f64; 2]) -> Middles<S> {
+        let splat = |value: f32| f32x16::splat(simd, value);
         let (zero, one) = (splat(0.0), splat(1.0));
         let centre = [
             splat(single(self.centre[0] - from[0])),

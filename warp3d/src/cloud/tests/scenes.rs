@@ -79,6 +79,20 @@ impl Scene {
         }
     }
 
+    /// The unit normal towards the eye of what is seen through the middle of a pixel.
+    pub(super) fn normal(&self, camera: &Camera, pixel: [usize; 2]) -> Option<DVec3> {
+        let at = DVec2::new(pixel[0] as f64 + 0.5, pixel[1] as f64 + 0.5);
+        let world_from_camera = camera.camera_from_world.inverse();
+        let (origin, direction) = camera.ray_in_camera(at);
+        let direction = world_from_camera.transform_vector3(direction);
+        let hit = self.hit(world_from_camera.transform_point3(origin), direction)?;
+        let normal = match self.shape {
+            Shape::Plane => DVec3::Z,
+            Shape::Sphere => hit,
+        };
+        Some(-normal * normal.dot(direction).signum())
+    }
+
     /// Points at random: as many as a picture has pixels per area, seen from the front at the origin's distance, times `per_px`.
     pub(super) fn sampled(&self, per_px: f64, camera: &Camera) -> PointCloud {
         let distance = camera.eye_in_world().length();

@@ -1,4 +1,4 @@
-//! The end of every reader: points one after another become the lists of a [`PointCloudFile`].
+//! The end of every reader: points one after another become the lists of a [`PointCloudFile`]. Lists of another program do too.
 //!
 //! Input: the number of points that the file says, which of their attributes it has, and the points. Output: those that are
 //! kept. Of `total` points `keep` are kept where index * keep mod total < keep: evenly, and exactly so many. A total that is
@@ -7,7 +7,9 @@
 use glam::DVec3;
 use resample_core::narrow::{code16, count};
 
-use super::file::{CloudLoadOptions, PointCloudFile};
+use super::file::{CloudLoadOptions, PointCloudFile, PointLists};
+use crate::Error;
+use crate::cloud::{GridFate, StationGrid};
 
 /// Places this far from the origin are kept relative to the first one: an f32 beyond has steps of more than 2^-9 units.
 const FAR: f64 = 16_384.0;
@@ -64,6 +66,63 @@ impl Has {
     }
 }
 
+/// Bytes of a cell of a station's grid: its place, the number of its point, and its fate.
+pub(super) const CELL_BYTES: u64 = 12 + 4 + 1;
+
+/// The grid of a station while it is read.
+#[derive(Default)]
+pub(super) struct Station {
+    grid: StationGrid,
+    /// The number of each cell's point among those that are kept.
+    points: Vec<Option<PointNumber>>,
+}
+
+/// The number of a point, and 1 more, so that a cell without one takes no more room.
+type PointNumber = std::num::NonZeroU32;
+
+impl Station {
+    /// A grid of so many columns and rows, to which cells are added column by column.
+    pub(super) fn growing(size: [usize; 2]) -> Self {
+        let grid = StationGrid {
+            size,
+            places: Vec::new(),
+        };
+        let points = Vec::new();
+        Self { grid, points }
+    }
+
+    /// A grid of empty cells, which are set in any order.
+    pub(super) fn empty(size: [usize; 2]) -> Self {
+        let cells = size[0] * size[1];
+        let places = vec![glam::Vec3::NAN; cells];
+        Self {
+            grid: StationGrid { size, places },
+            points: vec![None; cells],
+        }
+    }
+
+    /// Adds the next cell: its place relative to the scanner, not finite where there is none, and its point.
+    pub(super) fn push(&mut self, place: DVec3, point: Option<usize>) {
+        self.grid.places.push(place.as_vec3());
+        self.points.push(number(point));
+    }
+
+    /// Sets the cell in a column and a row; one outside is passed over.
+    pub(super) fn set(&mut self, [column, row]: [usize; 2], place: DVec3, point: Option<usize>) {
+        let [columns, rows] = self.grid.size;
+        if column < columns && row < rows {
+            let cell = column * rows + row;
+            self.grid.places[cell] = place.as_vec3();
+            self.points[cell] = number(point);
+        }
+    }
+}
+
+fn number(point: Option<usize>) -> Option<PointNumber> {
+    let next = u32::try_from(point?).ok()?.checked_add(1)?;
+    PointNumber::new(next)
+}
+
 /// Collects the points of a file.
 pub(super) struct Collector {
     has: Has,
@@ -79,6 +138,7 @@ pub(super) struct Collector {
     classes: Vec<u8>,
     normals: Vec<[f32; 3]>,
     radii: Vec<f32>,
+    fates: Vec<GridFate>,
 }
 
 impl Collector {
@@ -110,6 +170,7 @@ impl Collector {
             classes: Vec::with_capacity(room(has.classes)),
             normals: Vec::with_capacity(room(has.normals)),
             radii: Vec::with_capacity(room(has.radii)),
+            fates: Vec::new(),
             has,
         })
     }
@@ -123,12 +184,12 @@ impl Collector {
         wanted
     }
 
-    /// Takes a point that is wanted.
-    pub(super) fn take(&mut self, point: &Point) {
+    /// Takes a point that is wanted; its number, if it has a finite place.
+    pub(super) fn take(&mut self, point: &Point) -> Option<usize> {
         self.index += 1;
         if !point.place.is_finite() {
             self.left_out += 1;
-            return;
+            return None;
         }
         if self.file.positions.is_empty() && point.place.abs().max_element() >= FAR {
             self.file.origin_in_world = point.place.round();
@@ -136,7 +197,7 @@ impl Collector {
         let position = (point.place - self.file.origin_in_world).as_vec3();
         if !position.is_finite() {
             self.left_out += 1;
-            return;
+            return None;
         }
         self.file.positions.push(position.to_array());
         match self.has.colours {
@@ -157,6 +218,19 @@ impl Collector {
         }
         if self.has.radii {
             self.radii.push(point.radius);
+        }
+        Some(self.file.positions.len() - 1)
+    }
+
+    /// Takes what a station's grid says of its points.
+    pub(super) fn end_station(&mut self, station: &Station) {
+        let fates = station.grid.fates().unwrap_or_default();
+        let left = fates.iter().zip(&station.points);
+        for (&fate, point) in left.filter(|(fate, _)| **fate != GridFate::Kept) {
+            if let Some(point) = point {
+                self.fates.resize(self.file.positions.len(), GridFate::Kept);
+                self.fates[point.get() as usize - 1] = fate;
+            }
         }
     }
 
@@ -186,15 +260,17 @@ impl Collector {
         }
         if keep < total {
             let kept = file.positions.len();
-            file.notes.insert(
-                0,
-                format!("{kept} of its {index} points are kept, evenly from their order"),
-            );
+            file.notes.insert(0, kept_note(kept, index));
         }
         if left_out > 0 {
             file.notes.push(format!(
                 "{left_out} points without a finite place are left out"
             ));
+        }
+        if !self.fates.is_empty() {
+            let mut fates = self.fates;
+            fates.resize(file.positions.len(), GridFate::Kept);
+            file.of_grid = Some(fates);
         }
         file.colours = match has.colours {
             Colours::None => None,
@@ -211,6 +287,96 @@ impl Collector {
         }
         Ok(file)
     }
+}
+
+impl PointCloudFile {
+    /// A scan of lists in memory: places are kept relative to an origin and intensities in 16 bits, as those of a file.
+    ///
+    /// # Errors
+    /// [`Error::Input`]: there is no point with a finite place, or a list has another length than that of the places.
+    ///
+    /// ```
+    /// use warp3d::input::clouds::{PointCloudFile, PointLists};
+    ///
+    /// let lists = PointLists { places: vec![[5e6, 0.0, 0.25].into()], ..PointLists::default() };
+    /// let scan = PointCloudFile::of_lists(&lists)?;
+    /// assert_eq!((scan.origin_in_world.x, scan.positions[0]), (5e6, [0.0, 0.0, 0.25]));
+    /// # Ok::<(), warp3d::Error>(())
+    /// ```
+    pub fn of_lists(lists: &PointLists) -> Result<Self, Error> {
+        let total = lists.places.len();
+        let lengths = [
+            ("colours", lists.colours.as_ref().map(Vec::len)),
+            ("intensities", lists.intensities.as_ref().map(Vec::len)),
+            ("classes", lists.classes.as_ref().map(Vec::len)),
+        ];
+        for (name, length) in lengths {
+            if let Some(length) = length.filter(|length| *length != total) {
+                return Err(Error::Input(format!(
+                    "{total} places have {length} {name}: expected one for each"
+                )));
+            }
+        }
+        let has = Has {
+            colours: if lists.colours.is_some() {
+                Colours::Bits8
+            } else {
+                Colours::None
+            },
+            intensities: lists.intensities.is_some(),
+            classes: lists.classes.is_some(),
+            ..Has::default()
+        };
+        let mut collector = Collector::new(total as u64, has, 0, &CloudLoadOptions::default())
+            .map_err(Error::Input)?;
+        for (row, &place) in lists.places.iter().enumerate() {
+            collector.take(&Point {
+                place,
+                colour: lists
+                    .colours
+                    .as_ref()
+                    .map_or([0; 3], |all| all[row].map(u16::from)),
+                intensity: lists.intensities.as_ref().map_or(0.0, |all| all[row]),
+                class: lists.classes.as_ref().map_or(0, |all| all[row]),
+                ..Point::default()
+            });
+        }
+        collector.finish().map_err(Error::Input)
+    }
+
+    /// So many of the points, evenly from their order, as a reader keeps them: all where there are no more.
+    #[must_use]
+    pub fn thinned(&self, points: usize) -> Self {
+        let (total, keep) = (self.positions.len() as u128, points as u128);
+        if keep >= total {
+            return self.clone();
+        }
+        let is_kept = |index: usize| index as u128 * keep % total < keep;
+        let mut notes = self.notes.clone();
+        notes.insert(0, kept_note(points, total));
+        Self {
+            origin_in_world: self.origin_in_world,
+            positions: picked(&self.positions, is_kept),
+            colours: self.colours.as_ref().map(|all| picked(all, is_kept)),
+            intensities: self.intensities.as_ref().map(|all| picked(all, is_kept)),
+            classes: self.classes.as_ref().map(|all| picked(all, is_kept)),
+            normals: self.normals.as_ref().map(|all| picked(all, is_kept)),
+            radii_in_world: self.radii_in_world.as_ref().map(|all| picked(all, is_kept)),
+            of_grid: self.of_grid.as_ref().map(|all| picked(all, is_kept)),
+            notes,
+        }
+    }
+}
+
+fn picked<T: Copy>(all: &[T], is_kept: impl Fn(usize) -> bool) -> Vec<T> {
+    let numbered = all.iter().enumerate();
+    numbered
+        .filter_map(|(index, value)| is_kept(index).then_some(*value))
+        .collect()
+}
+
+fn kept_note(kept: usize, total: impl std::fmt::Display) -> String {
+    format!("{kept} of its {total} points are kept, evenly from their order")
 }
 
 /// The upper 8 of 16 bits; or the lower ones where no colour uses the upper.
@@ -300,6 +466,35 @@ mod tests {
             let even = 100.0 / keep as f32;
             assert!(steps.into_iter().all(|step| (step - even).abs() < 1.0));
         }
+    }
+
+    #[test]
+    fn lists_become_a_scan_that_is_thinned_like_a_file() {
+        let lists = PointLists {
+            places: (0..10)
+                .map(|x| DVec3::new(f64::from(x), 0.0, 0.0))
+                .collect(),
+            intensities: Some((0..10u8).map(|x| f32::from(x) / 9.0).collect()),
+            classes: Some((0..10).collect()),
+            ..PointLists::default()
+        };
+        let scan = PointCloudFile::of_lists(&lists).expect("points");
+        assert_eq!(scan.intensities.as_ref().expect("there")[9], 65_535);
+        let thin = scan.thinned(5);
+        assert_eq!(thin.classes, Some(vec![0, 2, 4, 6, 8]));
+        assert_eq!(thin.positions[4], [8.0, 0.0, 0.0]);
+        assert!(thin.notes[0].contains("5 of its 10"), "{:?}", thin.notes);
+        assert_eq!(scan.thinned(11), scan);
+        let short = PointLists {
+            colours: Some(vec![[0; 3]; 9]),
+            ..lists
+        };
+        let why = PointCloudFile::of_lists(&short).expect_err("short");
+        assert!(
+            why.to_string().contains("10 places have 9 colours"),
+            "{why}"
+        );
+        assert!(PointCloudFile::of_lists(&PointLists::default()).is_err());
     }
 
     #[test]

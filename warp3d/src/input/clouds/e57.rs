@@ -4,7 +4,7 @@
 //! allocate by is held against the file first, and a panic of it is an error. Source: ASTM E2807.
 //! Limits: pictures are left out; intensities have the range that their scan says.
 
-use resample_core::narrow::code16;
+use resample_core::narrow::{code16, count};
 use std::fs::File;
 use std::io::BufReader;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -14,7 +14,7 @@ use ::e57::{CartesianCoordinate, E57Reader, PointCloud, RecordDataType};
 use glam::DVec3;
 use resample_io::files::open_regular;
 
-use super::collect::{Collector, Colours, Has, Point};
+use super::collect::{CELL_BYTES, Collector, Colours, Has, Point, Station};
 use super::file::{CloudLoadOptions, PointCloudFile};
 
 /// The first bytes of a file.
@@ -49,21 +49,36 @@ fn read(file: File, held: u64, options: &CloudLoadOptions) -> Result<PointCloudF
         intensities: any(PointCloud::has_intensity),
         ..Has::default()
     };
-    let mut collector = Collector::new(total, has, QUEUE_BYTES, options)?;
+    let cells = scans
+        .iter()
+        .filter_map(Cells::of)
+        .map(|cells| cells.count());
+    let beside = QUEUE_BYTES + CELL_BYTES.saturating_mul(cells.max().unwrap_or(0));
+    let mut collector = Collector::new(total, has, beside, options)?;
     let mut unplaced = 0u64;
     for (number, scan) in scans.iter().enumerate() {
         let located = |error: ::e57::Error| format!("scan {number}: {error}");
         let mut points = reader.pointcloud_simple(scan).map_err(located)?;
         // A scan without colours stays grey.
         points.intensity_to_color(true);
+        let cells = Cells::of(scan);
+        let mut station = cells.map(|cells| Station::empty(cells.size.map(count)));
         for point in points {
-            let point = point.map_err(located)?;
-            if !collector.wants_next() {
-                continue;
+            let stored = point.map_err(located)?;
+            let point = taken(&stored);
+            let mut taken = None;
+            if collector.wants_next() {
+                unplaced += u64::from(point.place.is_nan());
+                taken = collector.take(&point);
             }
-            let point = taken(&point);
-            unplaced += u64::from(point.place.is_nan());
-            collector.take(&point);
+            if let (Some(cells), Some(station)) = (&cells, &mut station)
+                && let Some(cell) = cells.cell(&stored)
+            {
+                station.set(cell, point.place - cells.scanner, taken);
+            }
+        }
+        if let Some(station) = &station {
+            collector.end_station(station);
         }
     }
     if scans.len() > 1 {
@@ -76,6 +91,55 @@ fn read(file: File, held: u64, options: &CloudLoadOptions) -> Result<PointCloudF
         collector.note(format!("{unplaced} of its directions have no return"));
     }
     collector.finish()
+}
+
+/// The grid of a scan.
+#[derive(Clone, Copy)]
+struct Cells {
+    /// First column and row.
+    first: [i64; 2],
+    /// Columns and rows.
+    size: [u64; 2],
+    /// The place of the scanner.
+    scanner: DVec3,
+}
+
+impl Cells {
+    /// The grid that a scan says; `None` where it says none, or one of many more cells than it has points.
+    fn of(scan: &PointCloud) -> Option<Self> {
+        /// Most cells for a point: a scanner sees the sky in about half of the directions.
+        const MOST: u64 = 8;
+        let bounds = scan
+            .index_bounds
+            .as_ref()
+            .filter(|_| scan.has_row_column())?;
+        let first = [bounds.column_min?, bounds.row_min?];
+        let last = [bounds.column_max?, bounds.row_max?];
+        let side = |axis: usize| {
+            u64::try_from(last[axis].checked_sub(first[axis])?)
+                .ok()?
+                .checked_add(1)
+        };
+        let size = [side(0)?, side(1)?];
+        let moved = scan.transform.as_ref().map(|pose| &pose.translation);
+        let cells = size[0].checked_mul(size[1])?;
+        (cells <= MOST.saturating_mul(scan.records)).then(|| Self {
+            first,
+            size,
+            scanner: moved.map_or(DVec3::ZERO, |at| DVec3::new(at.x, at.y, at.z)),
+        })
+    }
+
+    fn count(&self) -> u64 {
+        self.size[0] * self.size[1]
+    }
+
+    /// Column and row of a point.
+    fn cell(&self, point: &::e57::Point) -> Option<[usize; 2]> {
+        let column = usize::try_from(point.column.checked_sub(self.first[0])?).ok()?;
+        let row = usize::try_from(point.row.checked_sub(self.first[1])?).ok()?;
+        Some([column, row])
+    }
 }
 
 /// Refuses more points than the bits of the file can hold, and numbers that take no bits at all.
@@ -119,10 +183,11 @@ fn taken(point: &::e57::Point) -> Point {
 mod tests {
     use std::io::Cursor;
 
-    use ::e57::{E57Writer, Quaternion, Record, RecordValue, Transform, Translation};
+    use ::e57::{E57Writer, Quaternion, Record, RecordName, RecordValue, Transform, Translation};
 
     use super::super::test_files::{Dir, survive_damage};
     use super::*;
+    use crate::cloud::GridFate;
 
     /// Two scans of three points, the second turned by a quarter about z and moved.
     fn file() -> Vec<u8> {
@@ -190,6 +255,68 @@ mod tests {
             ..CloudLoadOptions::default()
         };
         assert_eq!(load(&path, &options).expect("good").positions.len(), 2);
+    }
+
+    /// A scan at (9, 0, 0) in a round room with a post; the range of one beam beside the post lies between both. Rows come first.
+    fn grid() -> Vec<u8> {
+        let mut bytes = Cursor::new(Vec::new());
+        let mut writer = E57Writer::new(&mut bytes, "file").expect("a writer");
+        let index = |name| Record {
+            name,
+            data_type: RecordDataType::Integer { min: 0, max: 255 },
+        };
+        let prototype = vec![
+            Record::CARTESIAN_X_F64,
+            Record::CARTESIAN_Y_F64,
+            Record::CARTESIAN_Z_F64,
+            index(RecordName::RowIndex),
+            index(RecordName::ColumnIndex),
+        ];
+        let mut scan = writer.add_pointcloud("scan", prototype).expect("a scan");
+        scan.set_transform(Some(Transform {
+            rotation: Quaternion {
+                w: 1.0,
+                x: 0.0,
+                y: 0.0,
+                z: 0.0,
+            },
+            translation: Translation {
+                x: 9.0,
+                y: 0.0,
+                z: 0.0,
+            },
+        }));
+        for row in 0..60 {
+            for column in 0..180 {
+                let (sin, cos) = (2.0 * f64::from(column)).to_radians().sin_cos();
+                let (up, out) = (2.0 * f64::from(row) - 59.0).to_radians().sin_cos();
+                let range = match column {
+                    20..=25 => 1.0,
+                    26 => 2.5,
+                    _ => 5.0,
+                };
+                let place = [range * out * cos, range * out * sin, range * up];
+                let mut values: Vec<_> = place.map(RecordValue::Double).to_vec();
+                values.extend([row, column].map(|index| RecordValue::Integer(i64::from(index))));
+                scan.add_point(values).expect("a point");
+            }
+        }
+        scan.finalize().expect("whole");
+        writer.finalize().expect("whole");
+        drop(writer);
+        bytes.into_inner()
+    }
+
+    #[test]
+    fn points_of_a_grid_between_two_surfaces_are_marked() {
+        let dir = Dir::new();
+        let path = dir.write("a", &grid());
+        let file = load(&path, &CloudLoadOptions::default()).expect("a good file");
+        let fates = file.of_grid.expect("marked");
+        for (index, fate) in fates.iter().enumerate() {
+            assert_eq!(*fate == GridFate::Mixed, index % 180 == 26, "{index}");
+        }
+        survive_damage(&grid(), load);
     }
 
     #[test]

@@ -28,7 +28,7 @@ use resample_io::files::fault;
 use crate::Error;
 
 pub use classes::{class_colour, class_name};
-pub use file::{CloudFormat, CloudLoadOptions, PointCloudFile};
+pub use file::{CloudFormat, CloudLoadOptions, PointCloudFile, PointLists};
 pub use format::cloud_format_of;
 
 /// Reads a scan.

@@ -3,16 +3,16 @@
 //! Takes a path, gives points. Columns of a line are, behind the place: of PTS and PTX an intensity, then red, green and blue; of
 //! XYZ what a line of names says, or what the first lines look like: colours are 0 to 255 or 0 to 1, normals have length 1.
 //! Source: Leica's description of PTX and PTS; CloudCompare's and Open3D's manuals for XYZ.
-//! Limits: in PTX, cells without a return (0 0 0) are left out, and rows and columns are not kept.
+//! In PTX, cells without a return (0 0 0) are left out, and rows and columns say which points show no surface of their own.
 
-use resample_core::narrow::{code8, code16, single, whole};
+use resample_core::narrow::{code8, code16, count, single, whole};
 use std::fs::File;
 use std::path::Path;
 
 use glam::{DMat4, DVec3, DVec4};
 use resample_io::files::{first_bytes, open_regular};
 
-use super::collect::{Collector, Colours, Has, Point};
+use super::collect::{CELL_BYTES, Collector, Colours, Has, Point, Station};
 use super::file::{CloudFormat, CloudLoadOptions, PointCloudFile};
 use super::lines::{self, Row};
 
@@ -212,7 +212,11 @@ pub(super) fn load(path: &Path, options: &CloudLoadOptions) -> Result<PointCloud
     let columns = Columns::of(format, &head);
     let open = || open_regular(path).map_err(|error| format!("cannot be read: {error}"));
     let lines = lines::count(&mut open()?.0).map_err(|error| format!("cannot be read: {error}"))?;
-    let mut collector = Collector::new(lines, columns.has(), 0, options)?;
+    let beside = match format {
+        CloudFormat::Ptx => CELL_BYTES.saturating_mul(lines),
+        _ => 0,
+    };
+    let mut collector = Collector::new(lines, columns.has(), beside, options)?;
     let mut file = open()?.0;
     match format {
         CloudFormat::Ptx => grids(&mut file, &columns, &mut collector)?,
@@ -234,6 +238,7 @@ fn grids(file: &mut File, columns: &Columns, collector: &mut Collector) -> Resul
     let mut header: Vec<Vec<f64>> = Vec::new();
     let (mut left, mut grid) = (0u64, 0);
     let mut world_from_scan = DMat4::IDENTITY;
+    let mut station = Station::default();
     lines::each(file, &mut |row| {
         let numbers = row.numbers();
         if numbers.is_empty() {
@@ -249,7 +254,9 @@ fn grids(file: &mut File, columns: &Columns, collector: &mut Collector) -> Resul
             }
             header.push(numbers.to_vec());
             if header.len() == PTX_HEADER.len() {
-                left = whole(header[0][0]).saturating_mul(whole(header[1][0]));
+                let size = [whole(header[0][0]), whole(header[1][0])];
+                left = size[0].saturating_mul(size[1]);
+                station = Station::growing(size.map(count));
                 let [x, y, z, w] = [6, 7, 8, 9].map(|line| DVec4::from_slice(&header[line]));
                 world_from_scan = DMat4::from_cols(x, y, z, w);
                 header.clear();
@@ -266,9 +273,14 @@ fn grids(file: &mut File, columns: &Columns, collector: &mut Collector) -> Resul
             ));
         };
         let place = DVec3::new(x, y, z);
+        let mut point = None;
         if place != DVec3::ZERO && collector.wants_next() {
             let place = world_from_scan.transform_point3(place);
-            collector.take(&columns.point(numbers, place));
+            point = collector.take(&columns.point(numbers, place));
+        }
+        station.push(place, point);
+        if left == 0 {
+            collector.end_station(&std::mem::take(&mut station));
         }
         Ok(())
     })?;
@@ -285,6 +297,7 @@ fn grids(file: &mut File, columns: &Columns, collector: &mut Collector) -> Resul
 mod tests {
     use super::super::test_files::{Dir, survive_damage};
     use super::*;
+    use crate::cloud::GridFate;
 
     fn read(text: &str) -> Result<PointCloudFile, String> {
         let dir = Dir::new();
@@ -346,6 +359,58 @@ mod tests {
             [[9, 8, 7], [1; 3], [255, 0, 0]]
         );
         assert_eq!(file.intensities.expect("there")[..3], [32_768, 65_535, 0]);
+    }
+
+    /// A station in a round room with a post, at 2 degrees a beam; the range of one beam beside the post lies between both.
+    fn station() -> String {
+        let mut text =
+            "180\n60\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n9 0 0 1\n".to_owned();
+        for column in 0..180 {
+            for row in 0..60 {
+                let (sin, cos) = f64::from(2 * column).to_radians().sin_cos();
+                let (up, out) = f64::from(2 * row - 59).to_radians().sin_cos();
+                let range = match column {
+                    20..=25 => 1.0,
+                    26 => 2.5,
+                    _ => 5.0,
+                };
+                let place = range * DVec3::new(out * cos, out * sin, up);
+                text += &format!("{:.6} {:.6} {:.6} 0.5\n", place.x, place.y, place.z);
+            }
+        }
+        text
+    }
+
+    #[test]
+    fn points_of_a_grid_between_two_surfaces_are_marked() {
+        let file = read(&station().repeat(2)).expect("good");
+        let fates = file.of_grid.as_ref().expect("marked");
+        assert_eq!(fates.len(), 2 * 180 * 60);
+        for (index, fate) in fates.iter().enumerate() {
+            let is_mixed = index / 60 % 180 == 26;
+            assert_eq!(*fate == GridFate::Mixed, is_mixed, "{index}");
+            assert_eq!(file.is_kept(index), *fate == GridFate::Kept);
+        }
+        let said = file.left_by_grid();
+        assert!(
+            said[0].starts_with("120 of 21600 points lie between two"),
+            "{said:?}"
+        );
+        let dir = Dir::new();
+        let options = CloudLoadOptions {
+            points: Some(1000),
+            ..CloudLoadOptions::default()
+        };
+        let thin = load(&dir.write("a", station().as_bytes()), &options).expect("good");
+        assert_eq!(
+            thin.of_grid.map(|fates| fates.len()),
+            Some(thin.positions.len())
+        );
+        assert_eq!(
+            read(&GRID.repeat(2)).expect("good").of_grid,
+            None,
+            "two columns"
+        );
     }
 
     #[test]
