@@ -44,7 +44,8 @@ pub(crate) struct Lit<F> {
 pub(crate) const FULL_LIGHT: f32 = 255.0;
 
 impl<F> Lit<F> {
-    /// The light on a sample that a share of it reaches; `root` is the square root of the share, in bytes. The ambient light reaches all.
+    /// The light on a sample that a share of it reaches; `root` is the square root of the share, in bytes, and `gain` a factor of what
+    /// comes from the light. The ambient light reaches all.
     #[inline(always)]
     pub(crate) fn shadowed<S: Simd>(self, simd: S, root: F, gain: f32) -> Self
     where
@@ -54,7 +55,7 @@ impl<F> Lit<F> {
         let share = root * root * F::splat(simd, gain);
         let ambient = F::splat(simd, AMBIENT);
         Self {
-            body: (self.body - ambient).mul_add(share, ambient * F::splat(simd, gain)),
+            body: (self.body - ambient).mul_add(share, ambient),
             highlight: self.highlight * share,
         }
     }

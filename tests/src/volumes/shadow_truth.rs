@@ -46,7 +46,7 @@ impl<'a> ShadowTruth<'a> {
             keeps,
             gain: 1.0,
         };
-        truth.gain = 1.0 / (AMBIENT + DIFFUSE * truth.mean_light());
+        truth.gain = 1.0 / truth.mean_light();
         truth
     }
 
@@ -157,6 +157,6 @@ impl<'a> ShadowTruth<'a> {
     fn light(&self, at: DVec3) -> f64 {
         let share = |towards: &DVec3| self.transmittance(at, *towards);
         let sum: f64 = self.towards.iter().map(share).sum();
-        self.gain * (AMBIENT + DIFFUSE * sum / self.towards.len() as f64)
+        AMBIENT + DIFFUSE * self.gain * sum / self.towards.len() as f64
     }
 }

@@ -218,7 +218,7 @@ pub(crate) struct FieldSettings {
     pub(crate) segments: u32,
     /// Where a surface is drawn: which.
     pub(crate) iso: Option<IsoSettings>,
-    /// Where shadows are drawn: the factor of all light that makes up for them.
+    /// Where shadows are drawn: the factor of what comes from the light.
     pub(crate) shadow_gain: Option<f32>,
 }
 

@@ -1,7 +1,9 @@
 //! From bricks to slices of the grid: the number at each vertex of a slice, or NaN where no brick is shown.
 
+use rayon::prelude::*;
+
 use crate::bricks::cells::{
-    CELL_SIDE, CellBrick, CellField, FromDifferences, TABLE_LEN, VERTEX_SIDE, vertex,
+    CELL_SIDE, CellBrick, CellField, FromDifferences, TABLE_LEN, VERTEX_SIDE,
 };
 use crate::light::GradientRamp;
 use crate::slabs::settings::{ChannelSettings, Reading, Role};
@@ -84,31 +86,36 @@ pub(super) fn layers_of(slice: usize) -> impl Iterator<Item = usize> {
     before.into_iter().chain([own])
 }
 
-/// The vertices of a brick in a slice that lie in the box of its visible cells: their places in its table and in the slice.
-pub(super) fn vertices(
-    brick: &CellBrick,
-    slice: usize,
-    axes: Axes,
-) -> impl Iterator<Item = (usize, [usize; 2])> {
+/// Vertices of a brick in a slice, side by side.
+#[derive(Clone, Copy)]
+pub(super) struct VertexRow {
+    /// Place of the first in the brick's table, and from one to the next.
+    pub(super) place: usize,
+    pub(super) stride: usize,
+    pub(super) count: usize,
+    /// Place of the first in the slice, vertices of the grid.
+    pub(super) first: [usize; 2],
+}
+
+/// The vertices of a brick in a slice that lie in the box of its visible cells.
+pub(super) fn rows(brick: &CellBrick, slice: usize, axes: Axes) -> impl Iterator<Item = VertexRow> {
+    /// From a vertex to the next along each axis.
+    const STRIDES: [usize; 3] = [1, VERTEX_SIDE, VERTEX_SIDE * VERTEX_SIDE];
     let corner = brick.bounds.corner.map(|first| first as usize);
     let [least, greatest] = brick.bounds.range().map(|end| end.map(usize::from));
     let local = slice - corner[axes.along];
     let is_inside = local >= least[axes.along] && local <= greatest[axes.along];
     let [b, c] = axes.across;
-    let rows = if is_inside {
+    let lines = if is_inside {
         least[c]..greatest[c] + 1
     } else {
         0..0
     };
-    rows.flat_map(move |y| {
-        (least[b]..=greatest[b]).map(move |x| {
-            let mut place = [0; 3];
-            place[b] = x;
-            place[c] = y;
-            place[axes.along] = local;
-            let [i, j, k] = place;
-            (vertex(i, j, k), [corner[b] + x, corner[c] + y])
-        })
+    lines.map(move |y| VertexRow {
+        place: least[b] * STRIDES[b] + y * STRIDES[c] + local * STRIDES[axes.along],
+        stride: STRIDES[b],
+        count: greatest[b] - least[b] + 1,
+        first: [corner[b] + least[b], corner[c] + y],
     })
 }
 
@@ -122,9 +129,15 @@ pub(super) struct Numbers<'a> {
 }
 
 impl Numbers<'_> {
+    /// The numbers of all bricks.
+    pub(super) fn of_bricks(&self, bricks: &[CellBrick]) -> Vec<[f32; TABLE_LEN]> {
+        let of_brick = |brick: &CellBrick| std::array::from_fn(|vertex| self.at(brick, vertex));
+        bricks.par_iter().map(of_brick).collect()
+    }
+
     /// The number at a vertex; NaN where the mask hides it.
     #[inline(always)]
-    pub(super) fn at(&self, brick: &CellBrick, vertex: usize) -> f32 {
+    fn at(&self, brick: &CellBrick, vertex: usize) -> f32 {
         if brick.mask.as_ref().is_some_and(|mask| mask[vertex] == 0) {
             return f32::NAN;
         }
@@ -154,5 +167,3 @@ impl Numbers<'_> {
         sum
     }
 }
-
-const _: () = assert!(VERTEX_SIDE == CELL_SIDE + 1);

@@ -3,10 +3,14 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::bricks::cells::CellField;
+use crate::bricks::cells::{CellField, TABLE_LEN};
 use crate::look::clip::GridClip;
 use crate::shadow::medium::Medium;
-use crate::shadow::slices::{Axes, Layer, Numbers, VertexBox, layers_of, vertices};
+use crate::shadow::slices::{Axes, Layer, VertexBox, VertexRow, layers_of, rows};
+
+/// Steps of a column from one slice to the next. The field bends where a column passes from cell to cell: with one step a flat face of an
+/// engine had stripes that an eye sees, with two they are below 1/128.
+const STEPS: usize = 2;
 
 /// Optical depths from here on let less through than the least byte tells.
 const MOST_DEPTH: f32 = 14.0;
@@ -22,7 +26,7 @@ struct Columns {
     /// Place of the first column in the first slice, and how many there are.
     first: [i64; 2],
     count: [usize; 2],
-    /// Length from one slice to the next, opacity units.
+    /// Length of a step, opacity units.
     length: f32,
 }
 
@@ -63,7 +67,7 @@ impl Columns {
             shift,
             first,
             count,
-            length: length as f32,
+            length: (length / STEPS as f64) as f32,
         }
     }
 
@@ -76,8 +80,9 @@ impl Columns {
         }
     }
 
-    fn offset(&self, number: usize) -> Offset {
-        let moved = self.shift.map(|shift| shift * number as f64);
+    /// Where the columns stand after so many slices.
+    fn offset(&self, slices: f64) -> Offset {
+        let moved = self.shift.map(|shift| shift * slices);
         let whole = moved.map(|moved| moved.floor());
         Offset {
             whole: whole.map(|whole| whole as i64),
@@ -109,29 +114,36 @@ impl Columns {
 }
 
 /// The numbers at the vertices of a slice.
+#[derive(Clone)]
 struct Slice {
     width: usize,
     numbers: Vec<f32>,
 }
 
 impl Slice {
-    fn fill(
-        &mut self,
-        field: &CellField,
-        layers: &[Layer],
-        columns: &Columns,
-        slice: usize,
-        numbers: &Numbers,
-    ) {
+    /// Becomes the slice at this share of the way from one to another.
+    fn mix(&mut self, from: &Self, to: &Self, share: f32) {
+        if share == 1.0 {
+            return self.numbers.copy_from_slice(&to.numbers);
+        }
+        let ends = from.numbers.iter().zip(&to.numbers);
+        for (number, (from, to)) in self.numbers.iter_mut().zip(ends) {
+            *number = from + share * (to - from);
+        }
+    }
+
+    fn fill(&mut self, matter: &Matter, layers: &[Layer], columns: &Columns, slice: usize) {
         self.numbers.fill(f32::NAN);
-        let [b, c] = columns.axes.across;
-        let low = columns.within.low;
+        let low = columns.axes.across.map(|axis| columns.within.low[axis]);
         for layer in layers_of(slice).filter_map(|layer| layers.get(layer)) {
             for &brick in &layer.bricks {
-                let brick = &field.bricks[brick as usize];
-                for (vertex, [x, y]) in vertices(brick, slice, columns.axes) {
-                    let value = numbers.at(brick, vertex);
-                    self.numbers[x - low[b] + self.width * (y - low[c])] = value;
+                let numbers = &matter.numbers[brick as usize];
+                for row in rows(&matter.field.bricks[brick as usize], slice, columns.axes) {
+                    let [x, y] = [0, 1].map(|side| row.first[side] - low[side]);
+                    let line = &mut self.numbers[x + self.width * y..][..row.count];
+                    for (number, to) in line.iter_mut().enumerate() {
+                        *to = numbers[row.place + number * row.stride];
+                    }
                 }
             }
         }
@@ -200,20 +212,23 @@ impl Met {
     }
 }
 
+/// The matter that takes light.
+pub(super) struct Matter<'a> {
+    pub(super) field: &'a CellField,
+    /// For each brick, the numbers at its vertices.
+    pub(super) numbers: Vec<[f32; TABLE_LEN]>,
+    pub(super) medium: Medium,
+    pub(super) clip: &'a GridClip,
+}
+
 /// Adds the transmittance towards the light to each vertex of the layers, times a weight, and returns the light of all columns.
-pub(super) fn add(
-    field: &CellField,
-    (medium, numbers): (&Medium, &Numbers),
-    clip: &GridClip,
-    ray: &Ray,
-    (layers, weight): (&mut [Layer], f32),
-) -> Met {
-    let Some(within) = VertexBox::of(field) else {
+pub(super) fn add(matter: &Matter, ray: &Ray, (layers, weight): (&mut [Layer], f32)) -> Met {
+    let Some(within) = VertexBox::of(matter.field) else {
         return Met::default();
     };
     let columns = Columns::new(ray.axes, within, ray.step, ray.length);
     let [width, height] = columns.count;
-    let kept = columns.kept(clip, ray.step);
+    let kept = columns.kept(matter.clip, ray.step);
     let mut depth = vec![0.0f32; width * height];
     let mut before = vec![f32::NAN; width * height];
     let mut root = vec![1.0f32; width * height];
@@ -222,33 +237,40 @@ pub(super) fn add(
         width: side(0),
         numbers: vec![f32::NAN; side(0) * side(1)],
     };
+    let [mut last, mut between] = [slice.clone(), slice.clone()];
     for number in 0..within.len(ray.axes.along) {
         let at = columns.slice(number);
-        slice.fill(field, layers, &columns, at, numbers);
-        let offset = columns.offset(number);
-        let rows = depth
-            .par_chunks_mut(width)
-            .zip(before.par_chunks_mut(width))
-            .zip(root.par_chunks_mut(width));
-        rows.enumerate().for_each(|(y, ((depth, before), root))| {
-            let row = Row {
-                depth,
-                before,
-                root,
-            };
-            let kept = kept.get(y * width..(y + 1) * width);
-            columns.advance(row, y, &slice, offset, (medium, kept, number));
-        });
+        std::mem::swap(&mut last, &mut slice);
+        slice.fill(matter, layers, &columns, at);
+        for step in 1..=STEPS {
+            let share = step as f32 / STEPS as f32;
+            let slices = (number as f32 - 1.0 + share).max(0.0);
+            between.mix(&last, &slice, share);
+            let carried = depth
+                .par_chunks_mut(width)
+                .zip(before.par_chunks_mut(width))
+                .zip(root.par_chunks_mut(width));
+            carried
+                .enumerate()
+                .for_each(|(y, ((depth, before), root))| {
+                    let row = Row {
+                        depth,
+                        before,
+                        root,
+                    };
+                    let kept = kept.get(y * width..(y + 1) * width);
+                    columns.advance(row, y, &between, (&matter.medium, kept, slices));
+                });
+        }
+        let offset = columns.offset(number as f64);
         for layer in layers_of(at) {
             let Some(layer) = layers.get_mut(layer) else {
                 continue;
             };
             let tables = layer.values.par_iter_mut().zip(&layer.bricks);
             tables.for_each(|(table, &brick)| {
-                let brick = &field.bricks[brick as usize];
-                for (vertex, place) in vertices(brick, at, ray.axes) {
-                    let root = columns.at_vertex(&root, place, offset);
-                    table[vertex] += weight * root * root;
+                for row in rows(&matter.field.bricks[brick as usize], at, ray.axes) {
+                    columns.add_light(&root, row, offset, (table, weight));
                 }
             });
         }
@@ -261,15 +283,16 @@ pub(super) fn add(
 }
 
 impl Columns {
-    /// Carries a row of columns on to a slice.
+    /// Carries a row of columns a step on, so many slices from the first.
     fn advance(
         &self,
         row: Row,
         y: usize,
         slice: &Slice,
-        offset: Offset,
-        (medium, kept, number): (&Medium, Option<&[[f32; 2]]>, usize),
+        (medium, kept, slices): (&Medium, Option<&[[f32; 2]]>, f32),
     ) {
+        const STEP: f32 = 1.0 / STEPS as f32;
+        let offset = self.offset(f64::from(slices));
         let height = slice.numbers.len() / slice.width;
         let [share_x, share_y] = offset.share;
         let beside = |share: f32| usize::from(share > 0.0);
@@ -299,7 +322,7 @@ impl Columns {
             }
             let part = kept.map_or(1.0, |kept| {
                 let [from, to] = kept[column];
-                (to.min(number as f32) - from.max(number as f32 - 1.0)).clamp(0.0, 1.0)
+                (to.min(slices) - from.max(slices - STEP)).clamp(0.0, STEP) / STEP
             });
             let added = medium.mean(last, value) * self.length * part;
             if added > 0.0 {
@@ -309,30 +332,37 @@ impl Columns {
         }
     }
 
-    /// The square root of the transmittance at a vertex of a slice, between the columns around it.
+    /// Adds the transmittance at a row of vertices in a slice, between the columns around each, times a weight.
     #[inline(always)]
-    fn at_vertex(&self, root: &[f32], place: [usize; 2], offset: Offset) -> f32 {
-        let mut whole = [0; 2];
-        let mut share = [0.0; 2];
-        for side in 0..2 {
+    fn add_light(
+        &self,
+        root: &[f32],
+        row: VertexRow,
+        offset: Offset,
+        (table, weight): (&mut [f32; TABLE_LEN], f32),
+    ) {
+        // The column at a vertex, or before it where columns stand beside vertices, and how far on the vertex is.
+        let place = |side: usize| {
             let low = self.within.low[self.axes.across[side]];
-            // The vertex less the offset: one column back where the offset has a share.
             let back = i64::from(offset.share[side] > 0.0);
-            let column = (place[side] - low) as i64 - offset.whole[side] - back - self.first[side];
-            whole[side] = column.clamp(0, self.count[side] as i64 - 1) as usize;
-            share[side] = if back == 1 {
+            let vertex = (row.first[side] - low) as i64;
+            let column = vertex - offset.whole[side] - back - self.first[side];
+            let share = if back == 1 {
                 1.0 - offset.share[side]
             } else {
                 0.0
             };
-        }
-        let width = self.count[0];
-        let next = [0, 1].map(|side| (whole[side] + 1).min(self.count[side] - 1));
-        let mix = |y: usize| {
-            let (a, b) = (root[whole[0] + y * width], root[next[0] + y * width]);
-            a + share[0] * (b - a)
+            (column as usize, back as usize, share)
         };
-        let (a, b) = (mix(whole[1]), mix(next[1]));
-        a + share[1] * (b - a)
+        let ((x, next_x, share_x), (y, next_y, share_y)) = (place(0), place(1));
+        let line = |y: usize| &root[x + y * self.count[0]..][..row.count + next_x];
+        let (near, far) = (line(y), line(y + next_y));
+        for number in 0..row.count {
+            let mix =
+                |line: &[f32]| line[number] + share_x * (line[number + next_x] - line[number]);
+            let (a, b) = (mix(near), mix(far));
+            let root = a + share_y * (b - a);
+            table[row.place + number * row.stride] += weight * root * root;
+        }
     }
 }

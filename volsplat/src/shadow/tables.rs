@@ -2,7 +2,6 @@
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
-use resample_core::light::{AMBIENT, DIFFUSE};
 
 use crate::bricks::cells::{ByteTable, CellField, FaceBytes, FromDifferences, TABLE_LEN, faces_of};
 use crate::grid::in_unit;
@@ -11,7 +10,7 @@ use crate::look::clip::GridClip;
 use crate::look::options::Shadow;
 use crate::shadow::medium::Medium;
 use crate::shadow::slices::{Layer, Numbers, layers};
-use crate::shadow::sweep::{Met, Ray, add};
+use crate::shadow::sweep::{Matter, Met, Ray, add};
 use crate::slabs::settings::ChannelSettings;
 
 /// Directions over the disc of a light that has a size.
@@ -21,7 +20,7 @@ const DIRECTIONS: u32 = 16;
 #[derive(Clone, Debug)]
 pub(crate) struct ShadowTables {
     faces: Vec<Box<FaceBytes>>,
-    /// A factor of all light, by which what the light meets first is as bright as without shadows.
+    /// A factor of what comes from the light, by which that which it meets first is as bright as without shadows.
     pub(crate) gain: f32,
 }
 
@@ -50,6 +49,12 @@ impl ShadowTables {
             from_differences: &from_differences,
             are_scalars: matches!(medium, Medium::Scalars(_)),
         };
+        let matter = Matter {
+            field,
+            numbers: numbers.of_bricks(&field.bricks),
+            medium,
+            clip: caster.clip,
+        };
         let index_from_world = caster.world_from_index.matrix3.inverse();
         let directions = directions(towards, shadow.light_size_deg);
         let weight = 1.0 / directions.len() as f32;
@@ -61,14 +66,7 @@ impl ShadowTables {
             if layers.is_empty() {
                 *layers = self::layers(field, ray.axes);
             }
-            let column_light = add(
-                field,
-                (&medium, &numbers),
-                caster.clip,
-                &ray,
-                (layers, weight),
-            );
-            met.add(column_light);
+            met.add(add(&matter, &ray, (layers, weight)));
         }
         let mut shares = vec![[0.0f32; TABLE_LEN]; field.bricks.len()];
         for layer in by_axis.into_iter().flatten() {
@@ -85,7 +83,7 @@ impl ShadowTables {
         });
         Self {
             faces: faces.collect(),
-            gain: 1.0 / (DIFFUSE.mul_add(met.mean() as f32, AMBIENT)),
+            gain: (1.0 / met.mean()) as f32,
         }
     }
 
