@@ -284,6 +284,12 @@ fn options_of_another_order_are_refused() {
         "cannot be shaded",
     );
     assert_refused(&bench, &words("--shade phong --light 0,0,0"), "--light");
+    assert_refused(&bench, &words("--shadows"), "--light");
+    assert_one_line(
+        &bench,
+        &words("--blend maximum --light 1,0,0 --shadows"),
+        "have no light",
+    );
     bench.write("slice.raw", &[200; 64]);
     let slice = "volsplat slice.raw --dims 8,8,1 --type u8 --order field -o out/a.png";
     assert_one_line(&bench, slice, "slice.raw");

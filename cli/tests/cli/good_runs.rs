@@ -184,6 +184,7 @@ fn every_view_option_gives_a_picture() {
         "--order image-sheets --slab 1 --subpixels 2",
         "--slab 1 --subpixels auto",
         "--shade phong --light 1,2,-3",
+        "--light 1,2,-3 --shadows --light-size 5",
         "--shade lambert --projection orthographic",
         "--shade phong --order every-sample",
         "--shade lambert --order axis-sheets --gradient-opacity 0,5",

@@ -5,8 +5,8 @@ use resample_core::{Camera, Image};
 use resample_tests::volumes::scenes::{perspective, transfer, volume};
 use resample_tests::volumes::shadow_truth::ShadowTruth;
 use volsplat::{
-    Blend, Clip, ClipPlane, FieldOptions, Light, Order, RenderOptions, Renderer, Reuse, Shadow,
-    TransferFunction, Volume,
+    Blend, Channel, Clip, ClipPlane, FieldOptions, Light, Look, Order, RenderOptions, Renderer,
+    Reuse, Scene, Shadow, TransferFunction, Volume,
 };
 
 const SIDE_VOXELS: usize = 56;
@@ -79,7 +79,7 @@ fn peaks() -> TransferFunction {
 fn camera() -> Camera {
     let middle = DVec3::splat(0.5 * (SIDE_VOXELS - 1) as f64);
     let eye = middle + 110.0 * DVec3::new(0.62, 0.5, 0.69).normalize();
-    perspective(eye, middle, 32.0, [56; 2])
+    perspective(eye, middle, 32.0, [40; 2])
 }
 
 fn options(light_size_deg: f64) -> RenderOptions {
@@ -133,13 +133,13 @@ fn disc(size_deg: f64) -> Vec<DVec3> {
 fn hard_shadows_are_those_of_their_truth() {
     let whole = |_| true;
     for (name, volume, look, least_db) in [
-        ("ball", ball(), solid(), 30.0),
-        ("vessels", vessels(), solid(), 30.0),
-        ("fog", fog(), thin(), 45.0),
-        ("shells", shells(), peaks(), 30.0),
+        ("ball", ball(), solid(), 37.0),
+        ("vessels", vessels(), solid(), 39.5),
+        ("fog", fog(), thin(), 65.0),
+        ("shells", shells(), peaks(), 39.0),
     ] {
         let truth = ShadowTruth::new(&volume, &look, vec![towards()], &whole);
-        let truth = truth.picture(&camera(), 2);
+        let truth = truth.picture(&camera(), 3);
         let db = psnr_db(&drawn(&volume, &look, &options(0.0)), &truth);
         eprintln!("{name}: {db:.1} dB");
         assert!(db >= least_db, "{name}: {db:.1} dB");
@@ -151,15 +151,16 @@ fn soft_shadows_are_those_of_their_truth() {
     let whole = |_| true;
     let (volume, look) = (ball(), solid());
     let truth = ShadowTruth::new(&volume, &look, disc(20.0), &whole);
-    let truth = truth.picture(&camera(), 2);
+    let truth = truth.picture(&camera(), 3);
     let db = psnr_db(&drawn(&volume, &look, &options(20.0)), &truth);
     eprintln!("soft: {db:.1} dB");
-    assert!(db >= 35.0, "{db:.1} dB");
+    assert!(db >= 38.0, "{db:.1} dB");
 }
 
 #[test]
 fn what_is_cut_away_casts_no_shadow() {
-    let (volume, look) = (ball(), solid());
+    let volume = ball();
+    let look = transfer(&[(0.0, [0.9, 0.7, 0.5])], &[(0.2, 0.0), (0.8, 0.3)]);
     // The ball is cut through its middle, across the light.
     let plane = ClipPlane {
         normal: DVec3::new(0.2, -1.0, 0.1),
@@ -167,7 +168,7 @@ fn what_is_cut_away_casts_no_shadow() {
     };
     let keeps = |at: DVec3| plane.normal.dot(at) >= plane.offset;
     let truth = ShadowTruth::new(&volume, &look, vec![towards()], &keeps);
-    let truth = truth.picture(&camera(), 2);
+    let truth = truth.picture(&camera(), 3);
     let options = RenderOptions {
         clip: Clip {
             planes: vec![plane],
@@ -177,7 +178,7 @@ fn what_is_cut_away_casts_no_shadow() {
     };
     let db = psnr_db(&drawn(&volume, &look, &options), &truth);
     eprintln!("cut: {db:.1} dB");
-    assert!(db >= 30.0, "{db:.1} dB");
+    assert!(db >= 45.0, "{db:.1} dB");
 }
 
 #[test]
@@ -216,6 +217,35 @@ fn shadows_follow_light_and_clip_and_go_with_the_option() {
         ..options(0.0)
     };
     assert_eq!(cut.rgba, drawn(&volume, &look, &own).rgba);
+}
+
+#[test]
+fn channels_cast_one_shadow_together() {
+    // Two channels of half the extinction each are one: 1 - (1 - a)^(1/2).
+    let (volume, fog) = (fog(), thin());
+    let half = transfer(
+        &[(0.0, [0.8; 3])],
+        &[(0.0, 0.0), (1.0, 1.0 - 0.85f64.sqrt())],
+    );
+    let channel = || Channel {
+        volume: &volume,
+        look: Look::Transfer(&half),
+    };
+    let scene = Scene {
+        channels: vec![channel(), channel()],
+        mask: None,
+    };
+    for shadow in [None, options(0.0).shadow] {
+        let options = RenderOptions {
+            shadow,
+            ..options(0.0)
+        };
+        let mut renderer = Renderer::with_scene(&scene, &options).expect("valid options");
+        let together = renderer.render(&camera()).expect("a valid camera").image;
+        let db = psnr_db(&together, &drawn(&volume, &fog, &options));
+        // So near they are without shadows: 43.9 dB.
+        assert!(db >= 43.0, "{shadow:?}: {db:.1} dB");
+    }
 }
 
 #[test]
