@@ -57,6 +57,22 @@ pub fn code16(value: f64) -> u16 {
     value.round() as u16
 }
 
+/// A whole number with its sign, rounded down.
+///
+/// ```
+/// use resample_core::narrow::floor;
+///
+/// assert_eq!(floor(-1.5), -2);
+/// ```
+#[inline]
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "the conversion saturates, which is what is wanted"
+)]
+pub fn floor(value: f64) -> i64 {
+    value.floor() as i64
+}
+
 /// A count of a file as an index; one that is too great for the machine becomes the greatest, which memory never holds.
 pub fn count(value: u64) -> usize {
     usize::try_from(value).unwrap_or(usize::MAX)

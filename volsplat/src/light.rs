@@ -10,6 +10,7 @@ use fearless_simd::{Simd, SimdFloat};
 use glam::DVec3;
 use resample_core::Camera;
 use resample_core::light::{AMBIENT, DIFFUSE};
+use resample_core::narrow::single;
 
 use crate::look::options::{Light, RenderOptions, Shading};
 
@@ -118,7 +119,7 @@ impl GradientRamp {
     pub(crate) fn of_gradient(&self, gradient: [f32; 3]) -> f32 {
         let [x, y, z] = gradient.map(f64::from);
         let length = DVec3::new(x, y, z).length().min(f64::from(f32::MAX));
-        ((length as f32 - self.low) * self.scale).clamp(0.0, 1.0)
+        ((single(length) - self.low) * self.scale).clamp(0.0, 1.0)
     }
 
     /// The factors of samples with these gradients.

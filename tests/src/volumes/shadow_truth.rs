@@ -6,6 +6,7 @@
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use resample_core::narrow::{code32, pixel, single};
 use resample_core::{Camera, Image};
 use volsplat::{TransferFunction, Volume};
 
@@ -76,7 +77,7 @@ impl<'a> ShadowTruth<'a> {
     fn mean_light(&self) -> f64 {
         let middle = 0.5 * last(self.volume);
         let radius = middle.length();
-        let side = (4.0 * radius).ceil() as i32;
+        let side = i32::from(pixel((4.0 * radius).ceil()));
         let (mut taken, mut weighted) = (0.0, 0.0);
         for &towards in &self.towards[..self.towards.len().min(4)] {
             let (right, up) = towards.any_orthonormal_pair();
@@ -97,7 +98,7 @@ impl<'a> ShadowTruth<'a> {
 
     /// Transmittance over a length.
     fn through(&self, from: DVec3, towards: DVec3, length: f64) -> f64 {
-        let steps = (length * STEPS).ceil() as u32;
+        let steps = code32((length * STEPS).ceil());
         let at = |step: u32| from + (f64::from(step) + 0.5) / STEPS * towards;
         let depth: f64 = (0..steps).map(|step| self.strength(at(step)) / STEPS).sum();
         (-depth).exp()
@@ -119,7 +120,7 @@ impl<'a> ShadowTruth<'a> {
                     *sum += value / (side * side) as f64;
                 }
             }
-            sum.map(|value| value as f32)
+            sum.map(single)
         };
         let rgba = (0..width * height).into_par_iter().map(pixel).collect();
         Image {
@@ -133,7 +134,7 @@ impl<'a> ShadowTruth<'a> {
         let reach = middle.length() + 1.0;
         let first = ((middle - origin).dot(direction) - reach).max(0.0);
         let (mut sum, mut left) = ([0.0; 4], 1.0);
-        for step in 0..(2.0 * reach * STEPS) as u32 {
+        for step in 0..code32(2.0 * reach * STEPS) {
             let at = origin + (first + (f64::from(step) + 0.5) / STEPS) * direction;
             let strength = self.strength(at);
             if strength == 0.0 {

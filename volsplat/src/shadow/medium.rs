@@ -1,5 +1,7 @@
 //! Mean extinction between two neighbours in a field.
 
+use resample_core::narrow::single;
+
 use crate::slabs::settings::{ChannelSettings, Reading, Role};
 use crate::slabs::table::TransferTable;
 
@@ -71,7 +73,7 @@ impl Integral {
     fn up_to(&self, place: f32) -> f64 {
         let last = self.strengths.len() - 1;
         let inside = place.clamp(0.0, last as f32);
-        let index = (inside as usize).min(last);
+        let index = whole_place(inside).min(last);
         let strength = f64::from(self.strengths[index]);
         // Beyond its ends the table goes on as it ends.
         self.sums[index] + strength * f64::from(place - index as f32)
@@ -87,8 +89,18 @@ impl Integral {
         if span.abs() < LEAST_SPAN {
             let last = self.strengths.len() - 1;
             let middle = (0.5 * (from + to)).clamp(0.0, last as f32);
-            return self.strengths[middle as usize];
+            return self.strengths[whole_place(middle)];
         }
-        ((self.up_to(to) - self.up_to(from)) / f64::from(span)) as f32
+        single((self.up_to(to) - self.up_to(from)) / f64::from(span))
     }
+}
+
+#[inline(always)]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "places are 0 or more, and fewer than 2^16"
+)]
+fn whole_place(place: f32) -> usize {
+    place as usize
 }

@@ -18,7 +18,7 @@ pub(super) struct Axes {
 /// Bricks between the same two slices, and a number for each of their vertices.
 pub(super) struct Layer {
     /// Numbers of the bricks.
-    pub(super) bricks: Vec<u32>,
+    pub(super) bricks: Vec<usize>,
     pub(super) values: Vec<[f32; TABLE_LEN]>,
 }
 
@@ -72,7 +72,7 @@ pub(super) fn layers(field: &CellField, axes: Axes) -> Vec<Layer> {
                 values: Vec::new(),
             });
         }
-        layers[layer].bricks.push(number as u32);
+        layers[layer].bricks.push(number);
         layers[layer].values.push([0.0; TABLE_LEN]);
     }
     layers
@@ -82,7 +82,7 @@ pub(super) fn layers(field: &CellField, axes: Axes) -> Vec<Layer> {
 pub(super) fn layers_of(slice: usize) -> impl Iterator<Item = usize> {
     let own = slice / CELL_SIDE;
     // A slice between two layers belongs to both.
-    let before = (slice % CELL_SIDE == 0 && own > 0).then(|| own - 1);
+    let before = (slice.is_multiple_of(CELL_SIDE) && own > 0).then(|| own - 1);
     before.into_iter().chain([own])
 }
 

@@ -3,6 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use resample_core::narrow::{floor, single};
+
 use crate::bricks::cells::{CellField, TABLE_LEN};
 use crate::look::clip::GridClip;
 use crate::shadow::medium::Medium;
@@ -56,9 +58,9 @@ impl Columns {
         for side in 0..2 {
             let end = shift[side] * (slices - 1) as f64;
             let last = within.len(axes.across[side]) as f64 - 1.0;
-            first[side] = (-end).min(0.0).floor() as i64;
-            let top = (last - end.min(0.0)).ceil() as i64;
-            count[side] = (top - first[side] + 1) as usize;
+            first[side] = floor((-end).min(0.0));
+            let top = -floor(end.min(0.0) - last);
+            count[side] = index(top - first[side] + 1);
         }
         Self {
             axes,
@@ -67,7 +69,7 @@ impl Columns {
             shift,
             first,
             count,
-            length: (length / STEPS as f64) as f32,
+            length: single(length / STEPS as f64),
         }
     }
 
@@ -83,10 +85,9 @@ impl Columns {
     /// Where the columns stand after so many slices.
     fn offset(&self, slices: f64) -> Offset {
         let moved = self.shift.map(|shift| shift * slices);
-        let whole = moved.map(|moved| moved.floor());
         Offset {
-            whole: whole.map(|whole| whole as i64),
-            share: [0, 1].map(|side| (moved[side] - whole[side]) as f32),
+            whole: moved.map(floor),
+            share: moved.map(|moved| single(moved - moved.floor())),
         }
     }
 
@@ -101,10 +102,10 @@ impl Columns {
             let mut origin = DVec3::ZERO;
             for (side, at) in [x, y].into_iter().enumerate() {
                 let axis = self.axes.across[side];
-                origin[axis] = low[axis] as f64 + (self.first[side] + at as i64) as f64;
+                origin[axis] = low[axis] as f64 + self.first[side] as f64 + at as f64;
             }
             origin[self.axes.along] = self.slice(0) as f64;
-            clip.interval(origin, step).map(|end| end as f32)
+            clip.interval(origin, step).map(single)
         };
         (0..self.count[0] * self.count[1])
             .into_par_iter()
@@ -137,8 +138,8 @@ impl Slice {
         let low = columns.axes.across.map(|axis| columns.within.low[axis]);
         for layer in layers_of(slice).filter_map(|layer| layers.get(layer)) {
             for &brick in &layer.bricks {
-                let numbers = &matter.numbers[brick as usize];
-                for row in rows(&matter.field.bricks[brick as usize], slice, columns.axes) {
+                let numbers = &matter.numbers[brick];
+                for row in rows(&matter.field.bricks[brick], slice, columns.axes) {
                     let [x, y] = [0, 1].map(|side| row.first[side] - low[side]);
                     let line = &mut self.numbers[x + self.width * y..][..row.count];
                     for (number, to) in line.iter_mut().enumerate() {
@@ -148,6 +149,15 @@ impl Slice {
             }
         }
     }
+}
+
+fn signed(count: usize) -> i64 {
+    i64::try_from(count).unwrap_or(i64::MAX)
+}
+
+/// A place as an index; one before the first is the first.
+fn index(place: i64) -> usize {
+    usize::try_from(place).unwrap_or(0)
 }
 
 /// A light's direction in the grid.
@@ -305,22 +315,23 @@ impl Columns {
         let height = slice.numbers.len() / slice.width;
         let [share_x, share_y] = offset.share;
         let beside = |share: f32| usize::from(share > 0.0);
-        let above = self.first[1] + y as i64 + offset.whole[1];
-        let is_inside = above >= 0 && above as usize + beside(share_y) < height;
-        if !is_inside {
+        let above = usize::try_from(self.first[1] + signed(y) + offset.whole[1]);
+        let Some(above) = above.ok().filter(|above| above + beside(share_y) < height) else {
             row.before.fill(f32::NAN);
             return;
-        }
+        };
         let line = |y: usize| &slice.numbers[y * slice.width..][..slice.width];
-        let (near, far) = (line(above as usize), line(above as usize + beside(share_y)));
+        let (near, far) = (line(above), line(above + beside(share_y)));
         // Columns that stand in the slice.
-        let start = -(self.first[0] + offset.whole[0]);
-        let end = start + (slice.width - beside(share_x)) as i64;
-        let [start, end] = [start, end].map(|end| end.clamp(0, self.count[0] as i64) as usize);
+        let first = self.first[0] + offset.whole[0];
+        let end = signed(slice.width - beside(share_x)) - first;
+        let [start, end] = [-first, end].map(|end| index(end).min(self.count[0]));
+        // The vertex of the first of them.
+        let vertex = index(first);
         row.before[..start].fill(f32::NAN);
         row.before[end..].fill(f32::NAN);
         for column in start..end {
-            let x = (column as i64 + self.first[0] + offset.whole[0]) as usize;
+            let x = column - start + vertex;
             let next = x + beside(share_x);
             let mix = |line: &[f32]| line[x] + share_x * (line[next] - line[x]);
             let (a, b) = (mix(near), mix(far));
@@ -352,7 +363,7 @@ impl Columns {
             } else {
                 0.0
             };
-            (column as usize, back as usize, share)
+            (index(column), usize::from(share > 0.0), share)
         };
         let ((x, next_x, share_x), (y, next_y, share_y)) = (place(0), place(1));
         let width = self.within.len(self.axes.across[0]);
@@ -451,7 +462,7 @@ fn add_slice(
         };
         let tables = layer.values.par_iter_mut().zip(&layer.bricks);
         tables.for_each(|(table, &brick)| {
-            for row in rows(&matter.field.bricks[brick as usize], slice, columns.axes) {
+            for row in rows(&matter.field.bricks[brick], slice, columns.axes) {
                 let [x, y] = [0, 1].map(|side| row.first[side] - low[side]);
                 let line = &roots[x + width * y..][..row.count];
                 for (number, root) in line.iter().enumerate() {

@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
+use resample_core::narrow::{code8, single};
 
 use crate::bricks::cells::{ByteTable, CellField, FaceBytes, FromDifferences, TABLE_LEN, faces_of};
 use crate::grid::in_unit;
@@ -19,7 +20,7 @@ const DIRECTIONS: u32 = 16;
 /// For each brick of a field, by its number, the square root of the share of light that reaches its vertices, in bytes.
 #[derive(Clone, Debug)]
 pub(crate) struct ShadowTables {
-    faces: Vec<Box<FaceBytes>>,
+    faces: Vec<FaceBytes>,
     /// A factor of what comes from the light, by which that which it meets first is as bright as without shadows.
     pub(crate) gain: f32,
 }
@@ -71,19 +72,19 @@ impl ShadowTables {
         let mut shares = vec![[0.0f32; TABLE_LEN]; field.bricks.len()];
         for layer in by_axis.into_iter().flatten() {
             for (brick, values) in layer.bricks.iter().zip(&layer.values) {
-                for (sum, value) in shares[*brick as usize].iter_mut().zip(values) {
+                for (sum, value) in shares[*brick].iter_mut().zip(values) {
                     *sum += value;
                 }
             }
         }
         let faces = shares.par_iter().map(|shares| {
-            let byte = |share: f32| (FULL_LIGHT * share.clamp(0.0, 1.0).sqrt()).round() as u8;
+            let byte = |share: f32| code8(f64::from(FULL_LIGHT * share.clamp(0.0, 1.0).sqrt()));
             let bytes: ByteTable = shares.map(byte);
-            faces_of(&bytes)
+            *faces_of(&bytes)
         });
         Self {
             faces: faces.collect(),
-            gain: (1.0 / met.mean()) as f32,
+            gain: single(1.0 / met.mean()),
         }
     }
 
