@@ -95,7 +95,10 @@ impl Facts {
         }));
         lines.push(line(
             "memory",
-            format!("about {:.0} MB to draw it", self.memory() as f64 / 1e6),
+            format!(
+                "about {:.0} MB to draw it",
+                (self.memory() as f64 / 1e6).ceil()
+            ),
         ));
         lines
     }
