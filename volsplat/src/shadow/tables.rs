@@ -78,7 +78,11 @@ impl ShadowTables {
             }
         }
         let faces = shares.par_iter().map(|shares| {
-            let byte = |share: f32| code8(f64::from(FULL_LIGHT * share.clamp(0.0, 1.0).sqrt()));
+            let byte = |share: f32| {
+                code8(f64::from(
+                    (FULL_LIGHT * share.clamp(0.0, 1.0).sqrt()).round(),
+                ))
+            };
             let bytes: ByteTable = shares.map(byte);
             *faces_of(&bytes)
         });
