@@ -246,7 +246,7 @@ fn references(stations: &[Station]) -> Vec<Reference> {
     all
 }
 
-/// The truth of a view: its picture, and what the stations see of it.
+/// The exact picture of a view, and the pixels whose surface the stations see.
 struct Truth {
     rgb: Vec<DVec3>,
     /// All of 3x3 pixels is seen by a station; none of it is.

@@ -27,7 +27,7 @@ pub struct ShadowTruth<'a> {
     transfer: &'a TransferFunction,
     /// Unit directions towards the parts of the light.
     towards: Vec<DVec3>,
-    /// What is not cut away.
+    /// Returns true for the positions that the clip keeps.
     keeps: &'a (dyn Fn(DVec3) -> bool + Sync),
     gain: f64,
 }

@@ -1,4 +1,4 @@
-//! Shadows of volumes on themselves: against their truth by definition, and against what they may not do.
+//! Shadows that a volume casts on itself: pictures are compared with f64 integrals, and options that exclude shadows are refused.
 
 use glam::{DAffine3, DVec3};
 use resample_core::{Camera, Image};

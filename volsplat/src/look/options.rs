@@ -284,8 +284,8 @@ pub enum Light {
     Towards(DVec3),
 }
 
-/// Shadows: the diffuse light and the highlight of a sample are multiplied by the transmittance towards the light, over the mean
-/// of it where light is absorbed: what the light meets first keeps its brightness. The ambient light stays.
+/// Shadows: the diffuse light and the highlight of a sample are multiplied by the transmittance towards the light, and divided by the mean
+/// transmittance of the places that absorb light. So a lit surface keeps its brightness. The ambient light is not changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Shadow {

@@ -21,11 +21,11 @@ const DIRECTIONS: u32 = 16;
 #[derive(Clone, Debug)]
 pub(crate) struct ShadowTables {
     faces: Vec<FaceBytes>,
-    /// A factor of what comes from the light, by which that which it meets first is as bright as without shadows.
+    /// A factor of the diffuse light and the highlight, so that a lit surface is as bright as without shadows.
     pub(crate) gain: f32,
 }
 
-/// The matter that casts shadows.
+/// The field that casts shadows, and how its scalars become extinction.
 pub(crate) struct Caster<'a> {
     pub(crate) field: &'a CellField,
     pub(crate) channels: &'a [ChannelSettings],

@@ -3,7 +3,6 @@
 mod scenes;
 
 use glam::DVec3;
-use resample_core::clock::StageClock;
 use resample_core::{Camera, Image, LookAt};
 
 use crate::cloud::{
@@ -496,48 +495,6 @@ fn points_across_the_eye_plane_draw_those_in_front() {
             let depth = image.depth.expect("depth");
             assert!(depth.iter().all(|d| *d > 0.0), "at {position}");
         }
-    }
-}
-
-/// Times for the goal of 5 million points: run with `--ignored --nocapture`.
-#[test]
-#[ignore = "it measures, and takes seconds"]
-fn times_of_five_million_points() {
-    let scene = Scene {
-        shape: Shape::Sphere,
-        waves: WAVES,
-    };
-    let first = pose(DVec3::new(0.6, -0.8, -3.0), DVec3::ZERO);
-    let camera = Camera::perspective(&first, 0.62, [1920, 1080]).expect("a camera");
-    let per_px = 5e6 / scene.sampled(1.0, &camera).positions.len() as f64;
-    let cloud = scene.sampled(per_px, &camera);
-    for threads in [2, 1] {
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .expect("threads");
-        pool.install(|| {
-            let clock = StageClock::start();
-            let prepared = prepare(&cloud).expect("points");
-            println!(
-                "{threads} threads: {} points prepared in {:?}",
-                cloud.positions.len(),
-                clock.stop()
-            );
-            let mut renderer =
-                CloudRenderer::new(prepared, &CloudOptions::default()).expect("options");
-            for step in 0..3 {
-                // Another camera each time: what is listed for one is kept.
-                let eye = DVec3::new(0.6 + 0.001 * f64::from(step), -0.8, -3.0);
-                let camera = Camera::perspective(&pose(eye, DVec3::ZERO), 0.62, [1920, 1080])
-                    .expect("a camera");
-                let stats = renderer.render(&camera).expect("a frame").stats;
-                println!(
-                    "project {:?}, draw {:?}, {} pixels",
-                    stats.project, stats.draw, stats.seen
-                );
-            }
-        });
     }
 }
 

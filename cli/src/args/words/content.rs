@@ -186,8 +186,8 @@ pub(crate) fn with_command(
     Ok(own.chain(command).chain(of_scene).collect())
 }
 
-/// The words of this process, with the command that draws what the one file holds in place of the one that was typed: `gaussians` for
-/// `volsplat` and `points` for `warp3d`, also behind `trade`.
+/// Replaces the command by the content of its one input file: `volsplat` becomes `gaussians` for 3-D Gaussians, `warp3d` becomes
+/// `points` for a scan. The command may stand behind `trade`.
 pub(crate) fn of_content(mut words: Vec<OsString>) -> Vec<OsString> {
     let Some(first) = first_name(&words) else {
         return words;

@@ -59,7 +59,7 @@ impl<S: Simd> Balls<S> {
         let [x, y, z] = self.middles.ray;
         let depth = self.middles.place[2];
         let nearest = depth - self.reach - self.radius;
-        // What is nearer than the middle is larger on the screen, and a group's rays may be longer than its middle's.
+        // Discs nearer than the group's middle are larger on the screen, and their rays may be longer than the middle's.
         let (grown, longer) = match view.projection {
             Projection::Perspective => {
                 let near = splat(view.near);

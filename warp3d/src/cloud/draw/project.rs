@@ -212,11 +212,7 @@ fn projected<S: Simd>(
     let across = dot(&normal, &ray);
     let inclined = across.abs().max(length * LEAST_SINE);
     let toward = across.simd_lt(zero).select(zero - inclined, inclined);
-    let over = zero - one / toward;
-    let slope = [
-        normal[0] * over * (1.0 / focal_x),
-        normal[1] * over * (1.0 / focal_y),
-    ];
+    let slope = slope_of(simd, view.focal, &normal, toward);
     let slant = dot(&cut, &ray);
     let unit = one / scale;
     let cut = [
@@ -234,16 +230,11 @@ fn projected<S: Simd>(
     let ellipse = shape.covariance(simd, radius * scale, edge);
     let half_depth = radius * normal[0].mul_add(normal[0], normal[1] * normal[1]).sqrt();
     let nearest = z - half_depth;
-    // A disc's near side is larger on the screen than its middle says.
-    let (grown, most_change, deeper) = match view.projection {
-        Projection::Perspective => {
-            let half = half_depth * scale;
-            let is_flat = half.simd_lt(splat(FLAT));
-            let grown = z / nearest.max(splat(view.near));
-            (grown, is_flat.select(half, splat(-1.0)), [z, z])
-        }
-        Projection::Orthographic => (one, half_depth, [one, zero]),
-    };
+    let DepthChange {
+        grown,
+        most_change,
+        deeper,
+    } = depth_change(simd, view, [z, half_depth], scale);
     let area = (spacing * scale) * (spacing * scale) * shape.area;
     let weight = area.max(splat(LEAST_AREA_PX2))
         / (blurred.determinant.sqrt() * splat(std::f32::consts::TAU));
@@ -271,6 +262,55 @@ fn projected<S: Simd>(
         light: lanes(light),
         disc_box,
         blend_box,
+    }
+}
+
+/// The change of z along x and y, as [`Splat`] has it; `toward` is the cosine of ray and normal times the ray's length.
+#[inline(always)]
+fn slope_of<S: Simd>(
+    simd: S,
+    [focal_x, focal_y]: [f32; 2],
+    normal: &[f32x16<S>; 3],
+    toward: f32x16<S>,
+) -> [f32x16<S>; 2] {
+    let over = f32x16::splat(simd, 0.0) - f32x16::splat(simd, 1.0) / toward;
+    [
+        normal[0] * over * (1.0 / focal_x),
+        normal[1] * over * (1.0 / focal_y),
+    ]
+}
+
+/// How a disc's depth changes over its footprint.
+struct DepthChange<S: Simd> {
+    /// By how much its near side is larger on the screen than its middle.
+    grown: f32x16<S>,
+    most_change: f32x16<S>,
+    deeper: [f32x16<S>; 2],
+}
+
+#[inline(always)]
+fn depth_change<S: Simd>(
+    simd: S,
+    view: &View,
+    [z, half_depth]: [f32x16<S>; 2],
+    scale: f32x16<S>,
+) -> DepthChange<S> {
+    let splat = |value: f32| f32x16::splat(simd, value);
+    match view.projection {
+        Projection::Perspective => {
+            let half = half_depth * scale;
+            let is_flat = half.simd_lt(splat(FLAT));
+            DepthChange {
+                grown: z / (z - half_depth).max(splat(view.near)),
+                most_change: is_flat.select(half, splat(-1.0)),
+                deeper: [z, z],
+            }
+        }
+        Projection::Orthographic => DepthChange {
+            grown: splat(1.0),
+            most_change: half_depth,
+            deeper: [splat(1.0), splat(0.0)],
+        },
     }
 }
 

@@ -79,7 +79,7 @@ impl Scene {
         }
     }
 
-    /// The unit normal towards the eye of what is seen through the middle of a pixel.
+    /// The unit normal, towards the eye, of the surface at a pixel's centre.
     pub(super) fn normal(&self, camera: &Camera, pixel: [usize; 2]) -> Option<DVec3> {
         let at = DVec2::new(pixel[0] as f64 + 0.5, pixel[1] as f64 + 0.5);
         let world_from_camera = camera.camera_from_world.inverse();

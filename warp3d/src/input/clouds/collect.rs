@@ -101,7 +101,8 @@ impl Station {
         }
     }
 
-    /// Adds the next cell: its place relative to the scanner, not finite where there is none, and its point.
+    /// Adds the next cell of the grid: a place relative to the scanner and the number of its point. A cell without a return has a place that
+    /// is not finite, and no point.
     pub(super) fn push(&mut self, place: DVec3, point: Option<usize>) {
         self.grid.places.push(place.as_vec3());
         self.points.push(number(point));
@@ -222,7 +223,7 @@ impl Collector {
         Some(self.file.positions.len() - 1)
     }
 
-    /// Takes what a station's grid says of its points.
+    /// Records which points of a station are mixed or crowded by its grid.
     pub(super) fn end_station(&mut self, station: &Station) {
         let fates = station.grid.fates().unwrap_or_default();
         let left = fates.iter().zip(&station.points);
