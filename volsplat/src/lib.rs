@@ -54,8 +54,8 @@ pub use large::LargeVolume;
 pub use look::clip::{Clip, ClipPlane};
 pub use look::options::{
     Blend, Cells, Classify, ColourBy, DepthPlane, FieldOptions, Interpolate, Isosurface,
-    KernelSheets, Light, Order, RenderOptions, SampleOptions, SampleOrder, Shading, Shadow,
-    Subpixels,
+    KernelSheets, Light, Occlusion, Order, RenderOptions, SampleOptions, SampleOrder, Shading,
+    Shadow, Subpixels,
 };
 pub use look::scene::{Channel, Look, Scene};
 pub use look::transfer::{ColourEncoding, ColourMap, TransferFunction};

@@ -44,20 +44,61 @@ pub(crate) struct Lit<F> {
 /// The byte that stands for full light at a vertex.
 pub(crate) const FULL_LIGHT: f32 = 255.0;
 
+/// Factors of the light that keep pictures as bright as without shadows and occlusion; `None` where they are not drawn.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Gains {
+    pub(crate) sun: Option<f32>,
+    pub(crate) sky: Option<f32>,
+}
+
+impl Gains {
+    /// Returns true if neither shadows nor occlusion is drawn.
+    pub(crate) fn is_none(&self) -> bool {
+        self.sun.is_none() && self.sky.is_none()
+    }
+}
+
+/// The share of light of this square root, in bytes, times a gain.
+#[inline(always)]
+pub(crate) fn share_of_light<S: Simd, F: SimdFloat<S, Element = f32>>(
+    simd: S,
+    root: F,
+    gain: f32,
+) -> F {
+    let root = root * F::splat(simd, 1.0 / FULL_LIGHT);
+    root * root * F::splat(simd, gain)
+}
+
 impl<F> Lit<F> {
-    /// The light on a sample that a share of it reaches; `root` is the square root of the share, in bytes, and `gain` a factor of what
-    /// comes from the light. The ambient light reaches all.
+    /// The light on a sample that this share of the light reaches. The ambient light reaches all.
     #[inline(always)]
-    pub(crate) fn shadowed<S: Simd>(self, simd: S, root: F, gain: f32) -> Self
+    pub(crate) fn shadowed<S: Simd>(self, simd: S, sun: F) -> Self
     where
         F: SimdFloat<S, Element = f32>,
     {
-        let root = root * F::splat(simd, 1.0 / FULL_LIGHT);
-        let share = root * root * F::splat(simd, gain);
         let ambient = F::splat(simd, AMBIENT);
         Self {
-            body: (self.body - ambient).mul_add(share, ambient),
-            highlight: self.highlight * share,
+            body: (self.body - ambient).mul_add(sun, ambient),
+            highlight: self.highlight * sun,
+        }
+    }
+
+    /// The light on a sample that this share of the sky reaches. With shadows the ambient light is the sky's, else all light is.
+    #[inline(always)]
+    pub(crate) fn occluded<S: Simd>(self, simd: S, sky: F, has_shadows: bool) -> Self
+    where
+        F: SimdFloat<S, Element = f32>,
+    {
+        if has_shadows {
+            let ambient = F::splat(simd, AMBIENT);
+            return Self {
+                body: ambient.mul_add(sky - F::splat(simd, 1.0), self.body),
+                highlight: self.highlight,
+            };
+        }
+        Self {
+            body: self.body * sky,
+            highlight: self.highlight * sky,
         }
     }
 }

@@ -4,7 +4,7 @@ use anyhow::{Result, bail};
 use glam::DVec3;
 use volsplat::{
     Blend, Cells, Clip, DepthPlane, Described, FieldOptions, Isosurface, KernelSheets, Light,
-    Order, RenderOptions, SampleOptions, SampleOrder, Shading, Shadow,
+    Occlusion, Order, RenderOptions, SampleOptions, SampleOrder, Shading, Shadow,
 };
 
 use crate::args::volume::order::order;
@@ -37,6 +37,7 @@ pub(super) fn typed(
         shadow: args.shadows.then_some(Shadow {
             light_size_deg: args.light_size,
         }),
+        occlusion: args.occlusion.map(|radius| Occlusion { radius }),
         opacity: args.opacity,
         min_transmittance: args.min_transmittance,
         opacity_unit,

@@ -1,5 +1,6 @@
 //! Volumes with cameras and looks: by formula, from the real data, and their antialiased truth.
 
+pub mod lit_scenes;
 pub mod scenes;
 pub mod analytic_fields;
 pub mod area_truth;

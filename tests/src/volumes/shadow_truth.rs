@@ -25,11 +25,37 @@ const DIFFUSE: f64 = 0.7;
 pub struct ShadowTruth<'a> {
     volume: &'a Volume,
     transfer: &'a TransferFunction,
-    /// Unit directions towards the parts of the light.
+    /// Unit directions towards the parts of the light; none where no shadows are drawn.
     towards: Vec<DVec3>,
+    /// The sky, where occlusion is drawn.
+    sky: Option<Sky>,
+    pub sky_gain: f64,
     /// Returns true for the positions that the clip keeps.
     keeps: &'a (dyn Fn(DVec3) -> bool + Sync),
     gain: f64,
+}
+
+/// Directions all around, and how far matter counts, voxels.
+pub struct Sky {
+    directions: Vec<DVec3>,
+    radius: f64,
+}
+
+impl Sky {
+    /// A sky of so many directions, evenly spread.
+    pub fn new(count: u32, radius: f64) -> Self {
+        const TURN: f64 = 2.399_963_229_728_653;
+        let direction = |number: u32| {
+            let z = (f64::from(number) + 0.5) / f64::from(count) * 2.0 - 1.0;
+            let (sin, cos) = (TURN * f64::from(number)).sin_cos();
+            let flat = (1.0 - z * z).sqrt();
+            DVec3::new(flat * cos, flat * sin, z)
+        };
+        Self {
+            directions: (0..count).map(direction).collect(),
+            radius,
+        }
+    }
 }
 
 impl<'a> ShadowTruth<'a> {
@@ -44,11 +70,66 @@ impl<'a> ShadowTruth<'a> {
             volume,
             transfer,
             towards,
+            sky: None,
+            sky_gain: 1.0,
             keeps,
             gain: 1.0,
         };
-        truth.gain = 1.0 / truth.mean_light();
+        if !truth.towards.is_empty() {
+            truth.gain = 1.0 / truth.mean_light();
+        }
         truth
+    }
+
+    /// The same with the light of a sky.
+    pub fn with_sky(self, sky: Sky) -> Self {
+        let mut truth = Self {
+            sky: Some(sky),
+            ..self
+        };
+        truth.sky_gain = 1.0 / truth.mean_sky();
+        truth
+    }
+
+    /// The mean of the sky's light over what views along both directions of the axes see, with rays three voxels apart.
+    fn mean_sky(&self) -> f64 {
+        let last = last(self.volume);
+        let rays_of = |side: usize| {
+            let along = DVec3::AXES[side % 3];
+            let (right, up) = (DVec3::AXES[(side + 1) % 3], DVec3::AXES[(side + 2) % 3]);
+            let from = if side < 3 { DVec3::ZERO } else { along * last };
+            let towards = if side < 3 { along } else { -along };
+            let [rays_x, rays_y] = [right, up].map(|axis| code32(last.dot(axis) / 3.0));
+            (0..rays_x * rays_y).map(move |ray| {
+                let place = |at: u32, axis: DVec3| 3.0 * (f64::from(at) + 0.5) * axis;
+                (
+                    from + place(ray % rays_x, right) + place(ray / rays_x, up),
+                    towards,
+                )
+            })
+        };
+        let rays: Vec<(DVec3, DVec3)> = (0..6).flat_map(rays_of).collect();
+        let seen = rays.into_par_iter().map(|(from, towards)| {
+            let (mut light, mut left) = (0.0, 1.0);
+            for step in 0..code32(last.max_element() * STEPS) {
+                let at = from + (f64::from(step) + 0.5) / STEPS * towards;
+                let opacity = -(-self.strength(at) / STEPS).exp_m1();
+                if opacity > 0.0 {
+                    light += left * opacity * self.of_sky(at);
+                    left *= 1.0 - opacity;
+                }
+                if left < 1e-3 {
+                    break;
+                }
+            }
+            [light, 1.0 - left]
+        });
+        let (mut light, mut opacity) = (0.0, 0.0);
+        for [own_light, own_opacity] in seen.collect::<Vec<_>>() {
+            light += own_light;
+            opacity += own_opacity;
+        }
+        light / opacity
     }
 
     fn strength(&self, at: DVec3) -> f64 {
@@ -99,8 +180,14 @@ impl<'a> ShadowTruth<'a> {
     /// Transmittance over a length.
     fn through(&self, from: DVec3, towards: DVec3, length: f64) -> f64 {
         let steps = code32((length * STEPS).ceil());
-        let at = |step: u32| from + (f64::from(step) + 0.5) / STEPS * towards;
-        let depth: f64 = (0..steps).map(|step| self.strength(at(step)) / STEPS).sum();
+        let step = length / f64::from(steps);
+        let mut depth = 0.0;
+        for number in 0..steps {
+            depth += step * self.strength(from + (f64::from(number) + 0.5) * step * towards);
+            if depth > 20.0 {
+                break;
+            }
+        }
         (-depth).exp()
     }
 
@@ -156,8 +243,21 @@ impl<'a> ShadowTruth<'a> {
     }
 
     fn light(&self, at: DVec3) -> f64 {
+        let sky = self.sky_gain * self.of_sky(at);
+        if self.towards.is_empty() {
+            return sky;
+        }
         let share = |towards: &DVec3| self.transmittance(at, *towards);
         let sum: f64 = self.towards.iter().map(share).sum();
-        AMBIENT + DIFFUSE * self.gain * sum / self.towards.len() as f64
+        AMBIENT * sky + DIFFUSE * self.gain * sum / self.towards.len() as f64
+    }
+
+    /// The share of the sky that a place sees.
+    fn of_sky(&self, at: DVec3) -> f64 {
+        let Some(sky) = &self.sky else {
+            return 1.0;
+        };
+        let share = |towards: &DVec3| self.through(at, *towards, sky.radius);
+        sky.directions.iter().map(share).sum::<f64>() / sky.directions.len() as f64
     }
 }

@@ -28,7 +28,7 @@ use crate::look::options::{Blend, FieldOptions, Light, RenderOptions, Subpixels}
 use crate::look::scene::{Look, Scene};
 use crate::look::transfer::TransferFunction;
 use crate::picture::{Means, TileDepth, TileLayout, TileSlot, automatic, refined};
-use crate::shadow::tables::{Caster, ShadowTables};
+use crate::shadow::tables::{Caster, LightTables, Reaching};
 use crate::slabs::settings::{
     Anchor, ChannelSettings, KernelReach, Reading, SheetSettings, Slabs, channels, check,
 };
@@ -100,6 +100,9 @@ const ENOUGH_AT_FOUR: f64 = 1.0;
 /// Those for the rims of shells, which are soft: opacity falls off from the rim inwards.
 const SHELL_EDGE_SUBPIXELS: u32 = 2;
 
+/// The radius of occlusion, diagonals of the visible part. A habit.
+const OCCLUSION_RADIUS: f64 = 0.1;
+
 /// Renders a field on sheets.
 #[derive(Clone, Debug)]
 pub(crate) struct FieldPipeline {
@@ -123,8 +126,8 @@ pub(crate) struct FieldPipeline {
     pub(super) middle: DVec3,
     /// Middle of what is visible, in the grid.
     pub(super) visible_middle: Option<DVec3>,
-    /// Light at the vertices of the bricks, once a picture with shadows was drawn.
-    pub(super) shadows: Option<ShadowTables>,
+    /// Light at the vertices of the bricks, once a picture with shadows or occlusion was drawn.
+    pub(super) light: Reaching,
 }
 
 /// Where the cells are.
@@ -191,7 +194,7 @@ impl FieldPipeline {
         let mut sheets = Self {
             world_from_index: lattice.world_from_index,
             visible_middle: None,
-            shadows: None,
+            light: Reaching::default(),
             clip: GridClip::default(),
             source,
             channels,
@@ -212,7 +215,7 @@ impl FieldPipeline {
     /// Changes the kept part of the volume.
     pub(crate) fn update_clip(&mut self, clip: &Clip) {
         self.clip = clip.in_grid(&self.world_from_index);
-        self.shadows = None;
+        self.light = Reaching::default();
         let visible = bounds_in_world(self.source.bounds(), &self.clip, &DAffine3::IDENTITY);
         self.visible_middle = visible.map(|[low, high]| 0.5 * (low + high));
     }
@@ -247,7 +250,7 @@ impl FieldPipeline {
         let (fine, subpixels) = refined(&camera.in_unit(self.length), subpixels);
         stats.subpixels = u64::from(subpixels);
         let view = self.view(&fine);
-        self.cast_shadows()?;
+        self.block_light()?;
         let settings = self.settings(&view, &fine);
         let uniform = if settings.is_plain() {
             UniformChoice::new(&self.options, &view, &camera.in_unit(self.length))
@@ -260,7 +263,7 @@ impl FieldPipeline {
             view: &view,
             camera: &fine,
             clip: &self.clip,
-            shadows: self.shadows.as_ref(),
+            light: &self.light,
             subpixels,
             means,
             uniform,
@@ -367,36 +370,48 @@ impl FieldPipeline {
                 step: thickness as f32,
                 ..iso
             }),
-            shadow_gain: self.shadows.as_ref().map(|shadows| shadows.gain),
+            gains: self.light.gains(),
         }
     }
 
-    /// Makes the light at the vertices of the bricks where the options ask for shadows and nothing has changed since.
-    fn cast_shadows(&mut self) -> Result<(), Error> {
-        let (Some(shadow), Light::Towards(towards)) = (self.options.shadow, self.options.light)
-        else {
-            self.shadows = None;
-            return Ok(());
+    /// Makes the light at the vertices of the bricks where the options ask for shadows or occlusion and nothing has changed since.
+    fn block_light(&mut self) -> Result<(), Error> {
+        let sun = match (self.options.shadow, self.options.light) {
+            (Some(shadow), Light::Towards(towards)) => Some((shadow, towards)),
+            _ => None,
         };
+        let sky = self.options.occlusion;
+        if sun.is_none() && sky.is_none() {
+            self.light = Reaching::default();
+            return Ok(());
+        }
         let Source::Cells(field) = &self.source else {
-            let what = "shadows need all visible voxels in memory: allow more memory, or leave out the shadows";
+            let what = "shadows and occlusion need all visible voxels in memory: allow more memory, or leave them out";
             return Err(Error::Option(what.into()));
         };
-        if self.shadows.is_none() {
-            let caster = Caster {
-                field,
-                channels: &self.channels,
-                ramp: self
-                    .options
-                    .gradient_opacity
-                    .map(|ramp| GradientRamp::new(ramp, self.length)),
-                clip: &self.clip,
-                world_from_index: &self.world_from_index,
-                length: self.length,
-                opacity_unit: self.options.opacity_unit_in_world(self.smallest_spacing),
-            };
+        let caster = Caster {
+            field,
+            channels: &self.channels,
+            ramp: self
+                .options
+                .gradient_opacity
+                .map(|ramp| GradientRamp::new(ramp, self.length)),
+            clip: &self.clip,
+            world_from_index: &self.world_from_index,
+            length: self.length,
+            opacity_unit: self.options.opacity_unit_in_world(self.smallest_spacing),
+            level: self.options.simd.resolve(),
+        };
+        if let (Some((shadow, towards)), None) = (sun, &self.light.sun) {
             let towards = towards.normalize_or(DVec3::Z);
-            self.shadows = Some(ShadowTables::new(&caster, towards, &shadow));
+            self.light.sun = Some(LightTables::of_sun(&caster, towards, &shadow));
+        }
+        if let (Some(sky), None) = (sky, &self.light.sky) {
+            let radius = sky.radius.or_else(|| {
+                let [low, high] = self.bounds_in_world()?;
+                Some(OCCLUSION_RADIUS * (high - low).length())
+            });
+            self.light.sky = Some(LightTables::of_sky(&caster, radius.unwrap_or(1.0)));
         }
         Ok(())
     }
@@ -406,8 +421,11 @@ impl FieldPipeline {
         if let Some(field) = options.field() {
             self.choices = field.clone();
         }
-        if self.options.shadow != options.shadow {
-            self.shadows = None;
+        if self.options.shadow != options.shadow || self.options.light != options.light {
+            self.light.sun = None;
+        }
+        if self.options.occlusion != options.occlusion {
+            self.light.sky = None;
         }
         self.options = options.clone();
     }
@@ -477,7 +495,7 @@ impl FieldPipeline {
             range,
             self.options.opacity,
         )]);
-        self.shadows = None;
+        self.light = Reaching::default();
         self.iso = iso(Look::Transfer(transfer), &self.options);
         Reuse::Kept
     }

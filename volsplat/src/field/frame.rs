@@ -20,6 +20,7 @@ use crate::field::walk::scratch::FieldScratch;
 use crate::grid::Bounds;
 use crate::look::clip::Cut;
 use crate::picture::{TileSlot, tally};
+use crate::shadow::tables::BrickLight;
 use crate::slabs::view::TileView;
 use crate::stats::FrameStats;
 
@@ -50,7 +51,7 @@ pub(crate) fn placed<'a>(
                 } else {
                     None
                 },
-                shadow: frame.shadows.map(|shadows| shadows.of_brick(i)),
+                light: frame.light.of_brick(i),
                 ..place(&bricks[i], view, grid, frame.settings)?
             };
             Some((placed, grid.rect(placed.columns, placed.rows)))
@@ -170,7 +171,7 @@ fn place<'a>(
     Some(PlacedBrick {
         brick,
         uniform: None,
-        shadow: None,
+        light: BrickLight::default(),
         planes,
         columns,
         rows,

@@ -12,11 +12,12 @@ use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 use resample_core::{Camera, GridView, OpacityMode, Projection, Stop};
 
-use crate::bricks::cells::{CELL_SIDE, CellBrick, FaceBytes, FromDifferences};
+use crate::bricks::cells::{CELL_SIDE, CellBrick, FromDifferences};
+use crate::light::Gains;
 use crate::look::clip::{AnchoredHalfSpace, GridClip};
 use crate::look::options::{RenderOptions, Shading};
 use crate::picture::Means;
-use crate::shadow::tables::ShadowTables;
+use crate::shadow::tables::{BrickLight, Reaching};
 use crate::slabs::settings::{Anchor, ChannelSettings, Reading, SheetSettings};
 use crate::slabs::table::TransferTable;
 use crate::slabs::view::TileView;
@@ -218,8 +219,8 @@ pub(crate) struct FieldSettings {
     pub(crate) segments: u32,
     /// Where a surface is drawn: which.
     pub(crate) iso: Option<IsoSettings>,
-    /// Where shadows are drawn: the factor of what comes from the light.
-    pub(crate) shadow_gain: Option<f32>,
+    /// Factors of the light where shadows or occlusion are drawn.
+    pub(crate) gains: Gains,
 }
 
 /// One frame's camera, at sub-pixel resolution, and settings.
@@ -228,7 +229,7 @@ pub(crate) struct FieldFrame<'a> {
     pub(crate) view: &'a GridView,
     pub(crate) camera: &'a Camera,
     pub(crate) clip: &'a GridClip,
-    pub(crate) shadows: Option<&'a ShadowTables>,
+    pub(crate) light: &'a Reaching,
     pub(crate) subpixels: u32,
     pub(crate) means: Means,
     /// The bricks of one colour that are crossed in one step.
@@ -268,7 +269,7 @@ impl FieldSettings {
 
     /// Returns true if light falls on samples.
     pub(crate) fn is_lit(&self) -> bool {
-        self.sheets.shade.is_some() || self.shadow_gain.is_some()
+        self.sheets.shade.is_some() || !self.gains.is_none()
     }
 
     /// Returns true if there is one channel, of scalars.
@@ -295,8 +296,8 @@ pub(crate) struct PlacedBrick<'a> {
     pub(crate) brick: &'a CellBrick,
     /// Where it is crossed in one step: its colour.
     pub(crate) uniform: Option<Uniform>,
-    /// The light at its vertices, where shadows are drawn.
-    pub(crate) shadow: Option<&'a FaceBytes>,
+    /// The light at its vertices, where shadows or occlusion are drawn.
+    pub(crate) light: BrickLight<'a>,
     /// Planes first..end that cut the box of its visible cells.
     pub(crate) planes: [u32; 2],
     /// Pixel columns first..end and rows first..end that the box covers.

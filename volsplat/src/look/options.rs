@@ -38,6 +38,8 @@ pub struct RenderOptions {
     pub light: Light,
     /// The shadows that the volume casts on itself; `None` is off. The light comes from a direction in the world then.
     pub shadow: Option<Shadow>,
+    /// The light of the sky that the volume hides from itself; `None` is off.
+    pub occlusion: Option<Occlusion>,
     /// Emission: lengths of the gradient, value per world unit, between which a factor of
     /// the extinction rises from 0 to 1; from 0 on, the first below the second. Labels are not modulated. `None` is off.
     pub gradient_opacity: Option<[f64; 2]>,
@@ -84,6 +86,7 @@ impl Default for RenderOptions {
             shading: Shading::None,
             light: Light::Headlight,
             shadow: None,
+            occlusion: None,
             gradient_opacity: None,
             subpixels: Subpixels::Auto,
             opacity: OpacityMode::Extinction,
@@ -178,6 +181,7 @@ impl RenderOptions {
         let mut alike = Self {
             subpixels: self.subpixels,
             shadow: self.shadow,
+            occlusion: self.occlusion,
             min_transmittance: self.min_transmittance,
             depth: self.depth,
             ..other.clone()
@@ -293,6 +297,16 @@ pub struct Shadow {
     pub light_size_deg: f64,
 }
 
+/// Occlusion: light is multiplied by the share of the sky that a sample sees, the mean over all directions of the transmittance up to a
+/// radius, and divided by its mean over what is visible. So a picture keeps its brightness. With shadows it is the ambient light
+/// alone, without them all light.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Occlusion {
+    /// Matter farther away does not count, world units; `None` is a tenth of the diagonal of what is visible.
+    pub radius: Option<f64>,
+}
+
 /// Sub-pixels along a pixel's side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
@@ -340,7 +354,7 @@ impl RenderOptions {
             )?;
         }
         self.validate_gradient()?;
-        self.validate_shadow()?;
+        self.validate_blocked_light()?;
         self.clip.validate()?;
         share("the least transmittance", self.min_transmittance)?;
         above_0(
@@ -350,29 +364,37 @@ impl RenderOptions {
         )
     }
 
-    fn validate_shadow(&self) -> Result<(), Error> {
-        let Some(shadow) = self.shadow else {
+    /// Checks shadows and occlusion.
+    fn validate_blocked_light(&self) -> Result<(), Error> {
+        if let Some(shadow) = self.shadow {
+            in_range(
+                "the light's size",
+                shadow.light_size_deg,
+                (0.0..=90.0).contains(&shadow.light_size_deg),
+                "0 to 90 degrees",
+            )?;
+        }
+        if let Some(radius) = self.occlusion.and_then(|occlusion| occlusion.radius) {
+            above_0("the radius of occlusion", radius, "a length")?;
+        }
+        if self.shadow.is_none() && self.occlusion.is_none() {
             return Ok(());
-        };
-        in_range(
-            "the light's size",
-            shadow.light_size_deg,
-            (0.0..=90.0).contains(&shadow.light_size_deg),
-            "0 to 90 degrees",
-        )?;
-        match (self.blend(), self.field(), self.light) {
-            (_, None, _) => wrong("samples of the paper's orders cast no shadows: draw the field"),
-            (Blend::Maximum | Blend::Minimum | Blend::Average, ..) => wrong(
-                "maximum, minimum and mean projections have no light, and cast no shadows: leave out the shadows or the blend",
+        }
+        match (self.blend(), self.field()) {
+            (_, None) => wrong(
+                "samples of the paper's orders have neither shadows nor occlusion: draw the field",
             ),
-            (Blend::Isosurface(_), ..) => {
-                wrong("shadows are those of emission and absorption: leave out the isosurface")
-            }
-            (.., Light::Headlight) => wrong(
+            (Blend::Maximum | Blend::Minimum | Blend::Average, _) => wrong(
+                "maximum, minimum and mean projections have no light that shadows or occlusion could take: leave them or the blend out",
+            ),
+            (Blend::Isosurface(_), _) => wrong(
+                "shadows and occlusion are those of emission and absorption: leave out the isosurface",
+            ),
+            _ if self.shadow.is_some() && self.light == Light::Headlight => wrong(
                 "what casts a shadow hides it where the light stands at the eye: give the light a direction",
             ),
             _ if self.opacity != OpacityMode::Extinction => {
-                wrong("shadows follow extinction: leave out the other opacity")
+                wrong("shadows and occlusion follow extinction: leave out the other opacity")
             }
             _ => Ok(()),
         }

@@ -14,7 +14,11 @@
 //! carry light from slice to slice as well, and resample it on each of them.
 //! Limits: light is absorbed on its way and not scattered.
 
+mod brightness;
 mod medium;
+mod sharpen;
+mod sky;
 mod slices;
+mod strengths;
 mod sweep;
 pub(crate) mod tables;

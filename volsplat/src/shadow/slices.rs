@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::bricks::cells::{
-    CELL_SIDE, CellBrick, CellField, FromDifferences, TABLE_LEN, VERTEX_SIDE,
+    CELL_SIDE, CellBrick, CellField, FromDifferences, TABLE_LEN, Table, VERTEX_SIDE,
 };
 use crate::light::GradientRamp;
 use crate::slabs::settings::{ChannelSettings, Reading, Role};
@@ -13,13 +13,6 @@ use crate::slabs::settings::{ChannelSettings, Reading, Role};
 pub(super) struct Axes {
     pub(super) across: [usize; 2],
     pub(super) along: usize,
-}
-
-/// Bricks between the same two slices, and a number for each of their vertices.
-pub(super) struct Layer {
-    /// Numbers of the bricks.
-    pub(super) bricks: Vec<usize>,
-    pub(super) values: Vec<[f32; TABLE_LEN]>,
 }
 
 /// The box of the vertices of all bricks.
@@ -61,33 +54,126 @@ fn brick_range(brick: &CellBrick) -> [[usize; 3]; 2] {
     })
 }
 
-/// The layers of bricks along an axis, from the first brick on.
-pub(super) fn layers(field: &CellField, axes: Axes) -> Vec<Layer> {
-    let mut layers: Vec<Layer> = Vec::new();
-    for (number, brick) in field.bricks.iter().enumerate() {
-        let layer = brick.bounds.corner[axes.along] as usize / CELL_SIDE;
-        if layers.len() <= layer {
-            layers.resize_with(layer + 1, || Layer {
-                bricks: Vec::new(),
-                values: Vec::new(),
-            });
-        }
-        layers[layer].bricks.push(number);
-        layers[layer].values.push([0.0; TABLE_LEN]);
-    }
-    layers
+/// The slices of a field along an axis, and the bricks that have vertices in each.
+pub(super) struct Stack<'a> {
+    field: &'a CellField,
+    pub(super) axes: Axes,
+    pub(super) within: VertexBox,
+    /// Bricks between the same two slices, by number.
+    layers: Vec<Vec<usize>>,
 }
 
-/// The layers that have a slice among their vertices.
-pub(super) fn layers_of(slice: usize) -> impl Iterator<Item = usize> {
-    let own = slice / CELL_SIDE;
-    // A slice between two layers belongs to both.
-    let before = (slice.is_multiple_of(CELL_SIDE) && own > 0).then(|| own - 1);
-    before.into_iter().chain([own])
+/// A number for each vertex of the bricks, by layer.
+pub(super) struct LayerTables(Vec<Vec<Table>>);
+
+impl<'a> Stack<'a> {
+    /// `None` where there is no brick.
+    pub(super) fn new(field: &'a CellField, axes: Axes) -> Option<Self> {
+        let mut layers: Vec<Vec<usize>> = Vec::new();
+        for (number, brick) in field.bricks.iter().enumerate() {
+            let layer = brick.bounds.corner[axes.along] as usize / CELL_SIDE;
+            if layers.len() <= layer {
+                layers.resize_with(layer + 1, Vec::new);
+            }
+            layers[layer].push(number);
+        }
+        Some(Self {
+            field,
+            axes,
+            within: VertexBox::of(field)?,
+            layers,
+        })
+    }
+
+    /// Number of slices.
+    pub(super) fn len(&self) -> usize {
+        self.within.len(self.axes.along)
+    }
+
+    /// Vertices along the sides of a slice.
+    pub(super) fn sides(&self) -> [usize; 2] {
+        self.axes.across.map(|axis| self.within.len(axis))
+    }
+
+    /// Vertices of a slice.
+    pub(super) fn area(&self) -> usize {
+        let [width, height] = self.sides();
+        width * height
+    }
+
+    /// The layers that have a slice among their vertices.
+    fn layers_of(&self, slice: usize) -> impl Iterator<Item = usize> {
+        let slice = slice + self.within.low[self.axes.along];
+        let own = slice / CELL_SIDE;
+        // A slice between two layers belongs to both.
+        let before = (slice.is_multiple_of(CELL_SIDE) && own > 0).then(|| own - 1);
+        let end = self.layers.len();
+        before
+            .into_iter()
+            .chain([own])
+            .filter(move |layer| *layer < end)
+    }
+
+    /// The rows of a brick in a slice; places count from the first vertex of the slice.
+    pub(super) fn rows(&self, brick: usize, slice: usize) -> impl Iterator<Item = VertexRow> {
+        let low = self.axes.across.map(|axis| self.within.low[axis]);
+        let slice = slice + self.within.low[self.axes.along];
+        rows(&self.field.bricks[brick], slice, self.axes).map(move |row| VertexRow {
+            first: [row.first[0] - low[0], row.first[1] - low[1]],
+            ..row
+        })
+    }
+
+    /// Copies the numbers of the bricks' vertices to a slice, NaN where no brick is.
+    pub(super) fn fill(&self, slice: usize, tables: &[Table], numbers: &mut [f32]) {
+        numbers.fill(f32::NAN);
+        let width = self.sides()[0];
+        for layer in self.layers_of(slice) {
+            for &brick in &self.layers[layer] {
+                for row in self.rows(brick, slice) {
+                    let [x, y] = row.first;
+                    let line = &mut numbers[x + width * y..][..row.count];
+                    for (number, to) in line.iter_mut().enumerate() {
+                        *to = tables[brick][row.place + number * row.stride];
+                    }
+                }
+            }
+        }
+    }
+
+    /// Zeros at the vertices of all bricks.
+    pub(super) fn tables(&self) -> LayerTables {
+        let zeros = |layer: &Vec<usize>| vec![[0.0; TABLE_LEN]; layer.len()];
+        LayerTables(self.layers.iter().map(zeros).collect())
+    }
+
+    /// Calls a function with the number and the table of each brick that has vertices in a slice.
+    pub(super) fn change(
+        &self,
+        slice: usize,
+        tables: &mut LayerTables,
+        change: impl Fn(usize, &mut Table) + Sync,
+    ) {
+        for layer in self.layers_of(slice) {
+            let tables = tables.0[layer].par_iter_mut().zip(&self.layers[layer]);
+            tables.for_each(|(table, &brick)| change(brick, table));
+        }
+    }
+
+    /// Adds the tables of the layers to those of the bricks.
+    pub(super) fn add_to_bricks(&self, tables: &LayerTables, sums: &mut [Table]) {
+        for (bricks, tables) in self.layers.iter().zip(&tables.0) {
+            for (brick, values) in bricks.iter().zip(tables) {
+                for (sum, value) in sums[*brick].iter_mut().zip(values) {
+                    *sum += value;
+                }
+            }
+        }
+    }
 }
 
 /// Vertices of a brick in a slice, side by side.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct VertexRow {
     /// Place of the first in the brick's table, and from one to the next.
     pub(super) place: usize,
@@ -98,7 +184,7 @@ pub(super) struct VertexRow {
 }
 
 /// The vertices of a brick in a slice that lie in the box of its visible cells.
-pub(super) fn rows(brick: &CellBrick, slice: usize, axes: Axes) -> impl Iterator<Item = VertexRow> {
+fn rows(brick: &CellBrick, slice: usize, axes: Axes) -> impl Iterator<Item = VertexRow> {
     /// From a vertex to the next along each axis.
     const STRIDES: [usize; 3] = [1, VERTEX_SIDE, VERTEX_SIDE * VERTEX_SIDE];
     let corner = brick.bounds.corner.map(|first| first as usize);

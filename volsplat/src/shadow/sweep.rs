@@ -5,10 +5,10 @@ use rayon::prelude::*;
 
 use resample_core::narrow::{floor, single};
 
-use crate::bricks::cells::{CellField, TABLE_LEN};
+use crate::bricks::cells::Table;
 use crate::look::clip::GridClip;
 use crate::shadow::medium::Medium;
-use crate::shadow::slices::{Axes, Layer, VertexBox, layers_of, rows};
+use crate::shadow::slices::{Axes, LayerTables, Stack, VertexBox};
 
 /// Steps of a column from one slice to the next. The field bends where a column passes from cell to cell: with one step a flat face of an
 /// engine had stripes that an eye sees, with two they are below 1/128.
@@ -73,12 +73,11 @@ impl Columns {
         }
     }
 
-    /// The slice of the grid that is the `number`-th on the way from the light.
+    /// The slice of the stack that is the `number`-th on the way from the light.
     fn slice(&self, number: usize) -> usize {
-        let along = self.axes.along;
         match self.rises {
-            true => self.within.high[along] - number,
-            false => self.within.low[along] + number,
+            true => self.within.len(self.axes.along) - 1 - number,
+            false => number,
         }
     }
 
@@ -104,7 +103,8 @@ impl Columns {
                 let axis = self.axes.across[side];
                 origin[axis] = low[axis] as f64 + self.first[side] as f64 + at as f64;
             }
-            origin[self.axes.along] = self.slice(0) as f64;
+            let along = self.axes.along;
+            origin[along] = (low[along] + self.slice(0)) as f64;
             clip.interval(origin, step).map(single)
         };
         (0..self.count[0] * self.count[1])
@@ -130,23 +130,6 @@ impl Slice {
         let ends = from.numbers.iter().zip(&to.numbers);
         for (number, (from, to)) in self.numbers.iter_mut().zip(ends) {
             *number = from + share * (to - from);
-        }
-    }
-
-    fn fill(&mut self, matter: &Matter, layers: &[Layer], columns: &Columns, slice: usize) {
-        self.numbers.fill(f32::NAN);
-        let low = columns.axes.across.map(|axis| columns.within.low[axis]);
-        for layer in layers_of(slice).filter_map(|layer| layers.get(layer)) {
-            for &brick in &layer.bricks {
-                let numbers = &matter.numbers[brick];
-                for row in rows(&matter.field.bricks[brick], slice, columns.axes) {
-                    let [x, y] = [0, 1].map(|side| row.first[side] - low[side]);
-                    let line = &mut self.numbers[x + self.width * y..][..row.count];
-                    for (number, to) in line.iter_mut().enumerate() {
-                        *to = numbers[row.place + number * row.stride];
-                    }
-                }
-            }
         }
     }
 }
@@ -224,35 +207,36 @@ impl Met {
 
 /// The matter that takes light.
 pub(super) struct Matter<'a> {
-    pub(super) field: &'a CellField,
     /// For each brick, the numbers at its vertices.
-    pub(super) numbers: Vec<[f32; TABLE_LEN]>,
-    pub(super) medium: Medium,
+    pub(super) numbers: &'a [Table],
+    pub(super) medium: &'a Medium,
     pub(super) clip: &'a GridClip,
 }
 
-/// Adds the transmittance towards the light to each vertex of the layers, times a weight, and returns the light of all columns.
-pub(super) fn add(matter: &Matter, ray: &Ray, (layers, weight): (&mut [Layer], f32)) -> Met {
-    let Some(within) = VertexBox::of(matter.field) else {
-        return Met::default();
-    };
+/// Adds the transmittance towards the light to each vertex of the bricks, times a weight, and returns the light of all columns.
+pub(super) fn add(
+    matter: &Matter,
+    (ray, stack): (&Ray, &Stack),
+    (tables, weight): (&mut LayerTables, f32),
+) -> Met {
+    let within = stack.within;
     let columns = Columns::new(ray.axes, within, ray.step, ray.length);
     let [width, height] = columns.count;
     let kept = columns.kept(matter.clip, ray.step);
     let mut depth = vec![0.0f32; width * height];
     let mut before = vec![f32::NAN; width * height];
     let mut root = vec![1.0f32; width * height];
-    let side = |axis: usize| within.len(ray.axes.across[axis]);
+    let area = stack.area();
     let mut slice = Slice {
-        width: side(0),
-        numbers: vec![f32::NAN; side(0) * side(1)],
+        width: stack.sides()[0],
+        numbers: vec![f32::NAN; area],
     };
     let [mut last, mut between] = [slice.clone(), slice.clone()];
-    let mut light = LightSlices::new(side(0) * side(1));
-    for number in 0..within.len(ray.axes.along) {
+    let mut light = LightSlices::new(area);
+    for number in 0..stack.len() {
         let at = columns.slice(number);
         std::mem::swap(&mut last, &mut slice);
-        slice.fill(matter, layers, &columns, at);
+        stack.fill(at, matter.numbers, &mut slice.numbers);
         for step in 1..=STEPS {
             let share = step as f32 / STEPS as f32;
             let slices = (number as f32 - 1.0 + share).max(0.0);
@@ -270,30 +254,19 @@ pub(super) fn add(matter: &Matter, ray: &Ray, (layers, weight): (&mut [Layer], f
                         root,
                     };
                     let kept = kept.get(y * width..(y + 1) * width);
-                    columns.advance(row, y, &between, (&matter.medium, kept, slices));
+                    columns.advance(row, y, &between, (matter.medium, kept, slices));
                 });
         }
         columns.to_vertices(&root, columns.offset(number as f64), light.next());
         if let Some(before) = number.checked_sub(1) {
-            let at = columns.slice(before);
-            add_slice(
-                matter,
-                &columns,
-                at,
-                &light.sharpened(side(0)),
-                (layers, weight),
-            );
+            let roots = light.sharpened(slice.width);
+            add_slice(stack, columns.slice(before), &roots, (tables, weight));
         }
     }
     light.end();
-    let last = columns.slice(within.len(ray.axes.along) - 1);
-    add_slice(
-        matter,
-        &columns,
-        last,
-        &light.sharpened(side(0)),
-        (layers, weight),
-    );
+    let roots = light.sharpened(slice.width);
+    let last = columns.slice(stack.len() - 1);
+    add_slice(stack, last, &roots, (tables, weight));
     let mut met = Met::default();
     for root in root {
         met.add(Met::of_column(f64::from(root * root)));
@@ -448,27 +421,19 @@ fn line_of(slice: &[f32], width: usize, y: usize) -> &[f32] {
 
 /// Adds the transmittance of a slice to the vertices of its bricks, times a weight.
 fn add_slice(
-    matter: &Matter,
-    columns: &Columns,
+    stack: &Stack,
     slice: usize,
     roots: &[f32],
-    (layers, weight): (&mut [Layer], f32),
+    (tables, weight): (&mut LayerTables, f32),
 ) {
-    let low = columns.axes.across.map(|axis| columns.within.low[axis]);
-    let width = columns.within.len(columns.axes.across[0]);
-    for layer in layers_of(slice) {
-        let Some(layer) = layers.get_mut(layer) else {
-            continue;
-        };
-        let tables = layer.values.par_iter_mut().zip(&layer.bricks);
-        tables.for_each(|(table, &brick)| {
-            for row in rows(&matter.field.bricks[brick], slice, columns.axes) {
-                let [x, y] = [0, 1].map(|side| row.first[side] - low[side]);
-                let line = &roots[x + width * y..][..row.count];
-                for (number, root) in line.iter().enumerate() {
-                    table[row.place + number * row.stride] += weight * root * root;
-                }
+    let width = stack.sides()[0];
+    stack.change(slice, tables, |brick, table| {
+        for row in stack.rows(brick, slice) {
+            let [x, y] = row.first;
+            let line = &roots[x + width * y..][..row.count];
+            for (number, root) in line.iter().enumerate() {
+                table[row.place + number * row.stride] += weight * root * root;
             }
-        });
-    }
+        }
+    });
 }

@@ -3,26 +3,68 @@
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use resample_core::narrow::{code8, single};
+use resample_core::simd::Vectors;
 
-use crate::bricks::cells::{ByteTable, CellField, FaceBytes, FromDifferences, TABLE_LEN, faces_of};
+use crate::bricks::cells::{
+    ByteTable, CellField, FaceBytes, FromDifferences, TABLE_LEN, Table, faces_of,
+};
 use crate::grid::in_unit;
-use crate::light::{FULL_LIGHT, GradientRamp};
+use crate::light::{FULL_LIGHT, Gains, GradientRamp};
 use crate::look::clip::GridClip;
 use crate::look::options::Shadow;
+use crate::shadow::brightness::Lit;
 use crate::shadow::medium::Medium;
-use crate::shadow::slices::{Layer, Numbers, layers};
+use crate::shadow::sharpen::sharpened;
+use crate::shadow::sky::Sky;
+use crate::shadow::slices::{Axes, LayerTables, Numbers, Stack};
+use crate::shadow::strengths::around_vertices;
 use crate::shadow::sweep::{Matter, Met, Ray, add};
 use crate::slabs::settings::ChannelSettings;
 
 /// Directions over the disc of a light that has a size.
 const DIRECTIONS: u32 = 16;
 
+/// The light that reaches the bricks.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Reaching {
+    /// From the light, where shadows are drawn.
+    pub(crate) sun: Option<LightTables>,
+    /// From the sky, where occlusion is drawn.
+    pub(crate) sky: Option<LightTables>,
+}
+
+/// The light at the vertices of a brick.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct BrickLight<'a> {
+    pub(crate) sun: Option<&'a FaceBytes>,
+    pub(crate) sky: Option<&'a FaceBytes>,
+}
+
+impl Reaching {
+    /// The light at the vertices of a brick.
+    pub(crate) fn of_brick(&self, number: usize) -> BrickLight<'_> {
+        BrickLight {
+            sun: self.sun.as_ref().map(|tables| &tables.faces[number]),
+            sky: self.sky.as_ref().map(|tables| &tables.faces[number]),
+        }
+    }
+
+    /// The factors that keep pictures as bright as without.
+    pub(crate) fn gains(&self) -> Gains {
+        let of = |tables: &Option<LightTables>| tables.as_ref().map(|tables| tables.gain);
+        Gains {
+            sun: of(&self.sun),
+            sky: of(&self.sky),
+        }
+    }
+}
+
 /// For each brick of a field, by its number, the square root of the share of light that reaches its vertices, in bytes.
 #[derive(Clone, Debug)]
-pub(crate) struct ShadowTables {
+pub(crate) struct LightTables {
     faces: Vec<FaceBytes>,
-    /// A factor of the diffuse light and the highlight, so that a lit surface is as bright as without shadows.
-    pub(crate) gain: f32,
+    /// A factor of the light, so that a lit surface is as bright as without shadows.
+    gain: f32,
 }
 
 /// The field that casts shadows, and how its scalars become extinction.
@@ -35,67 +77,124 @@ pub(crate) struct Caster<'a> {
     /// Length in which pictures count, and over which opacity is meant, world units.
     pub(crate) length: f64,
     pub(crate) opacity_unit: f64,
+    pub(crate) level: Vectors,
 }
 
-impl ShadowTables {
-    /// The light from around the unit direction `towards`, which points towards it in the world.
-    pub(crate) fn new(caster: &Caster, towards: DVec3, shadow: &Shadow) -> Self {
-        let field = caster.field;
-        let medium = Medium::new(caster.channels, caster.ramp.is_some());
-        let in_pictures = in_unit(caster.world_from_index, caster.length);
+/// Slices across z.
+const ACROSS_Z: Axes = Axes {
+    across: [0, 1],
+    along: 2,
+};
+
+impl Caster<'_> {
+    /// The numbers at the vertices of the bricks, and how they become extinction.
+    fn numbers(&self) -> (Vec<Table>, Medium) {
+        let medium = Medium::new(self.channels, self.ramp.is_some());
+        let in_pictures = in_unit(self.world_from_index, self.length);
         let from_differences = FromDifferences::new(&in_pictures.matrix3);
         let numbers = Numbers {
-            channels: caster.channels,
-            ramp: caster.ramp,
+            channels: self.channels,
+            ramp: self.ramp,
             from_differences: &from_differences,
             are_scalars: matches!(medium, Medium::Scalars(_)),
         };
+        (numbers.of_bricks(&self.field.bricks), medium)
+    }
+}
+
+impl LightTables {
+    /// The light from around the unit direction `towards`, which points towards it in the world.
+    pub(crate) fn of_sun(caster: &Caster, towards: DVec3, shadow: &Shadow) -> Self {
+        let field = caster.field;
+        let (numbers, medium) = caster.numbers();
         let matter = Matter {
-            field,
-            numbers: numbers.of_bricks(&field.bricks),
-            medium,
+            numbers: &numbers,
+            medium: &medium,
             clip: caster.clip,
         };
         let index_from_world = caster.world_from_index.matrix3.inverse();
         let directions = directions(towards, shadow.light_size_deg);
         let weight = 1.0 / directions.len() as f32;
-        let mut by_axis: [Vec<Layer>; 3] = [const { Vec::new() }; 3];
+        let mut by_axis: [Option<(Stack, LayerTables)>; 3] = [const { None }; 3];
         let mut met = Met::default();
         for direction in directions {
             let ray = Ray::new(index_from_world * direction * caster.opacity_unit);
-            let layers = &mut by_axis[ray.axes.along];
-            if layers.is_empty() {
-                *layers = self::layers(field, ray.axes);
+            let of_axis = &mut by_axis[ray.axes.along];
+            if of_axis.is_none() {
+                *of_axis = Stack::new(field, ray.axes).map(|stack| {
+                    let tables = stack.tables();
+                    (stack, tables)
+                });
             }
-            met.add(add(&matter, &ray, (layers, weight)));
+            if let Some((stack, tables)) = of_axis {
+                met.add(add(&matter, (&ray, stack), (tables, weight)));
+            }
         }
         let mut shares = vec![[0.0f32; TABLE_LEN]; field.bricks.len()];
-        for layer in by_axis.into_iter().flatten() {
-            for (brick, values) in layer.bricks.iter().zip(&layer.values) {
-                for (sum, value) in shares[*brick].iter_mut().zip(values) {
-                    *sum += value;
-                }
-            }
+        for (stack, tables) in by_axis.into_iter().flatten() {
+            stack.add_to_bricks(&tables, &mut shares);
         }
-        let faces = shares.par_iter().map(|shares| {
-            let byte = |share: f32| {
-                code8(f64::from(
-                    (FULL_LIGHT * share.clamp(0.0, 1.0).sqrt()).round(),
-                ))
-            };
-            let bytes: ByteTable = shares.map(byte);
-            *faces_of(&bytes)
-        });
         Self {
-            faces: faces.collect(),
+            faces: bytes_of(&shares),
             gain: single(1.0 / met.mean()),
         }
     }
 
-    /// The light at the vertices of a brick.
-    pub(crate) fn of_brick(&self, number: usize) -> &FaceBytes {
-        &self.faces[number]
+    /// The light of the sky, up to a radius in world units.
+    pub(crate) fn of_sky(caster: &Caster, radius: f64) -> Self {
+        let field = caster.field;
+        let Some(stack) = Stack::new(field, ACROSS_Z) else {
+            return Self {
+                faces: Vec::new(),
+                gain: 1.0,
+            };
+        };
+        let (numbers, medium) = caster.numbers();
+        let strengths = around_vertices((field, &stack), &numbers, &medium, caster.clip);
+        let sky = Sky {
+            field,
+            strengths: &strengths,
+            world_from_grid: caster.world_from_index.matrix3,
+            radius,
+            opacity_unit: caster.opacity_unit,
+            level: caster.level,
+        };
+        let shares = if std::env::var("NOSHARP").is_ok() {
+            sky.shares()
+        } else {
+            sharpened(&stack, &sky.shares())
+        };
+        let axes = DVec3::AXES.map(|axis| caster.world_from_index.transform_vector3(axis).length());
+        let spacing = axes.map(|length| single(length / caster.opacity_unit));
+        let seen = Lit {
+            field,
+            numbers: &numbers,
+            medium: &medium,
+            clip: caster.clip,
+            shares: &shares,
+            spacing,
+        }
+        .mean_seen();
+        eprintln!("seen {seen}");
+        Self {
+            faces: bytes_of(&shares),
+            gain: single(1.0 / seen),
+        }
     }
+}
+
+/// The square roots of shares, in bytes.
+fn bytes_of(shares: &[Table]) -> Vec<FaceBytes> {
+    let faces = shares.par_iter().map(|shares| {
+        let byte = |share: f32| {
+            code8(f64::from(
+                (FULL_LIGHT * share.clamp(0.0, 1.0).sqrt()).round(),
+            ))
+        };
+        let bytes: ByteTable = shares.map(byte);
+        *faces_of(&bytes)
+    });
+    faces.collect()
 }
 
 /// Unit directions spread evenly over a disc of this diameter around one.

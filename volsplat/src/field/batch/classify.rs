@@ -15,7 +15,7 @@ use crate::field::walk::lists::{
     BetweenSteps, CELL_MASK, LANE_NUMBERS, LANES, Numbers, PIXEL_SHIFT, PackedSamples,
     ShownSamples, vertex,
 };
-use crate::light::Lit;
+use crate::light::{Lit, share_of_light};
 use crate::slabs::table::TransferTable;
 
 /// The field at the samples.
@@ -280,12 +280,31 @@ pub(crate) fn shade<S: Simd>(
     darken(simd, job, samples);
 }
 
-/// Lets as much light through to the samples that show something as reaches them, where shadows are drawn.
+/// Lets as much light through to the samples that show something as reaches them, where shadows or occlusion are drawn.
 #[inline(always)]
 fn darken<S: Simd>(simd: S, job: &TileContext, samples: &mut PackedSamples) {
-    let (Some(gain), Some(faces)) = (job.settings.shadow_gain, job.placed.shadow) else {
-        return;
-    };
+    let (gains, light) = (job.settings.gains, job.placed.light);
+    if let (Some(gain), Some(faces)) = (gains.sun, light.sun) {
+        darken_by(simd, faces, samples, |lit, root| {
+            lit.shadowed(simd, share_of_light(simd, root, gain))
+        });
+    }
+    if let (Some(gain), Some(faces)) = (gains.sky, light.sky) {
+        let has_shadows = light.sun.is_some();
+        darken_by(simd, faces, samples, |lit, root| {
+            lit.occluded(simd, share_of_light(simd, root, gain), has_shadows)
+        });
+    }
+}
+
+/// Changes the light on samples by what a table holds at their places.
+#[inline(always)]
+fn darken_by<S: Simd>(
+    simd: S,
+    faces: &FaceBytes,
+    samples: &mut PackedSamples,
+    change: impl Fn(Lit<f32x16<S>>, f32x16<S>) -> Lit<f32x16<S>>,
+) {
     let PackedSamples { shown, between, .. } = samples;
     let [front, back] = &mut between.faces;
     for (k, &place) in shown.place[..shown.count].iter().enumerate() {
@@ -304,7 +323,7 @@ fn darken<S: Simd>(simd: S, job: &TileContext, samples: &mut PackedSamples) {
             body: f32x16::from_slice(simd, &shown.body[range.clone()]),
             highlight: f32x16::from_slice(simd, &shown.highlight[range.clone()]),
         };
-        let lit = lit.shadowed(simd, root, gain);
+        let lit = change(lit, root);
         lit.body.store_slice(&mut shown.body[range.clone()]);
         lit.highlight.store_slice(&mut shown.highlight[range]);
     }

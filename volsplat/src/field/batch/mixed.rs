@@ -99,7 +99,7 @@ fn add_channel<S: Simd>(
         Reading::Trilinear => interpolate(simd, cells.scalars, samples),
         Reading::Nearest => nearest(cells.scalars, samples),
     }
-    let with_share = cells.gradients.is_some() || job.settings.shadow_gain.is_some();
+    let with_share = cells.gradients.is_some() || !job.settings.gains.is_none();
     classify_channel(simd, &channel.table, samples, with_share);
     if samples.shown.count == 0 {
         return;

@@ -14,7 +14,7 @@ use fearless_simd::{f32x4, f32x8, f32x16, i32x16, mask32x8, mask32x16, u8x64, u3
 use fearless_simd_macros::simd;
 use resample_core::composite::{DepthRule, opacity};
 
-use crate::bricks::cells::{CELL_SIDE, CELLS, face_value};
+use crate::bricks::cells::{CELL_SIDE, CELLS, FaceBytes, face_value};
 use crate::field::settings::{AnchoredRays, TileContext};
 use crate::field::walk::cell_sample::{CellBox, Located};
 use crate::field::walk::corners;
@@ -23,7 +23,7 @@ use crate::field::walk::gradient::interpolated_gradient;
 use crate::field::walk::lists::{Found, LANE_NUMBERS, PAIR_LANES, Segment, SegmentList};
 use crate::field::walk::rays::Rays;
 use crate::field::walk::scratch::{FieldScratch, Window};
-use crate::light::Lit;
+use crate::light::{Lit, share_of_light};
 use crate::slabs::table::{Prefix, TransferIntegrals};
 use crate::slabs::view::{HalfRow, LANES};
 
@@ -496,7 +496,7 @@ fn composite<S: Simd, const SHADED: bool>(
     }
 }
 
-/// As much of the light as reaches that place of each segment, where shadows are drawn.
+/// As much of the light as reaches that place of each segment, where shadows or occlusion are drawn.
 #[inline(always)]
 fn darkened<S: Simd>(
     simd: S,
@@ -505,19 +505,26 @@ fn darkened<S: Simd>(
     list: &SegmentList,
     light: Lit<f32x8<S>>,
 ) -> Lit<f32x8<S>> {
-    let (Some(gain), Some(faces)) = (job.settings.shadow_gain, job.placed.shadow) else {
+    let (gains, tables) = (job.settings.gains, job.placed.light);
+    if gains.is_none() {
         return light;
-    };
-    let shares = share.to_array();
-    let mut roots = [0.0; LANES];
-    for (lane, &segment) in shown.segments.iter().enumerate() {
-        let at = [0, 1, 2].map(|axis| {
-            let [near, far] = [0, 1].map(|end| list.share(segment, end, axis));
-            (far - near).mul_add(shares[lane], near)
-        });
-        roots[lane] = face_value(faces, list.cell(segment.part), at);
     }
-    light.shadowed(simd, f32x8::from_slice(simd, &roots), gain)
+    let shares = share.to_array();
+    let of = |tables: Option<(&FaceBytes, f32)>| {
+        let (faces, gain) = tables?;
+        let mut roots = [0.0; LANES];
+        for (lane, &segment) in shown.segments.iter().enumerate() {
+            let at = [0, 1, 2].map(|axis| {
+                let [near, far] = [0, 1].map(|end| list.share(segment, end, axis));
+                (far - near).mul_add(shares[lane], near)
+            });
+            roots[lane] = face_value(faces, list.cell(segment.part), at);
+        }
+        Some(share_of_light(simd, f32x8::from_slice(simd, &roots), gain))
+    };
+    let (sun, sky) = (of(tables.sun.zip(gains.sun)), of(tables.sky.zip(gains.sky)));
+    let lit = sun.map_or(light, |sun| light.shadowed(simd, sun));
+    sky.map_or(lit, |sky| lit.occluded(simd, sky, sun.is_some()))
 }
 
 /// The light at that place of each segment.

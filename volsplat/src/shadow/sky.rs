@@ -1,0 +1,383 @@
+//! The share of the sky that each vertex of the bricks sees: the mean, over directions, of the transmittance up to a radius.
+//!
+//! Directions come in pairs along lines of vertices. Depths are summed along each line once, and the depth between two vertices is the
+//! difference of their sums, which serves both of them: one looks ahead and one looks back.
+
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+use resample_core::dispatch;
+use resample_core::narrow::{count, floor, single, whole};
+use resample_core::simd::{Vectors, exp2};
+
+use crate::bricks::cells::{CellField, TABLE_LEN, Table};
+use crate::shadow::slices::{Axes, LayerTables, Stack, VertexRow};
+
+/// A pair of opposite directions.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    axes: Axes,
+    /// How far the line moves from one slice to the next, vertices.
+    shift: [f64; 2],
+    /// The way from slice to slice, opacity units.
+    length: f32,
+    /// Whole slices within the radius, and a share of one.
+    reach: usize,
+    fraction: f32,
+    /// Share of the sky around each of the two directions.
+    weight: f32,
+}
+
+/// The sky around the vertices of a field.
+pub(super) struct Sky<'a> {
+    pub(super) field: &'a CellField,
+    /// For each brick, the mean extinction around its vertices, per opacity unit.
+    pub(super) strengths: &'a [Table],
+    pub(super) world_from_grid: DMat3,
+    /// World units.
+    pub(super) radius: f64,
+    pub(super) opacity_unit: f64,
+    pub(super) level: Vectors,
+}
+
+impl Sky<'_> {
+    /// For each brick, the share that its vertices see.
+    pub(super) fn shares(&self) -> Vec<Table> {
+        let mut sums: Vec<Table> = vec![[0.0; TABLE_LEN]; self.field.bricks.len()];
+        let lines = self.lines();
+        for along in 0..3 {
+            let mut tables: Option<LayerTables> = None;
+            let of_axis = lines.iter().filter(|line| line.axes.along == along);
+            for line in of_axis {
+                let Some(stack) = Stack::new(self.field, line.axes) else {
+                    continue;
+                };
+                let tables = tables.get_or_insert_with(|| stack.tables());
+                self.add(&stack, line, tables);
+            }
+            if let (Some(tables), Some(line)) =
+                (tables, lines.iter().find(|line| line.axes.along == along))
+                && let Some(stack) = Stack::new(self.field, line.axes)
+            {
+                stack.add_to_bricks(&tables, &mut sums);
+            }
+        }
+        sums
+    }
+
+    fn lines(&self) -> Vec<Line> {
+        let spacing = [0, 1, 2].map(|axis| self.world_from_grid.col(axis).length());
+        let mut lines = Vec::new();
+        let mut directions = Vec::new();
+        let set: i32 = std::env::var("SET").map_or(1, |v| v.parse().unwrap());
+        let mut vectors = Vec::new();
+        for z in -2i32..=2 {
+            for y in -2i32..=2 {
+                for x in -2i32..=2 {
+                    let v = [x, y, z];
+                    let most = v.iter().map(|a| a.abs()).max().unwrap();
+                    let sum: i32 = v.iter().map(|a| a.abs()).sum();
+                    if most == 0 || (most == 2 && v.iter().all(|a| a % 2 == 0)) {
+                        continue;
+                    }
+                    let first = v.iter().rev().find(|a| **a != 0).unwrap();
+                    if *first < 0 {
+                        continue;
+                    }
+                    let kind = match (most, sum) {
+                        (1, _) => 1,
+                        (2, 3) => 2,
+                        (2, 4) => 3,
+                        _ => 4,
+                    };
+                    if set >> (kind - 1) & 1 == 1 || (set == 1 && kind == 1) {
+                        vectors.push(v);
+                    }
+                }
+            }
+        }
+        eprintln!("{} lines", vectors.len());
+        for signs in vectors {
+            let signs = signs.map(f64::from);
+            // Along the diagonals of a cube in the world.
+            let step = DVec3::from([0, 1, 2].map(|axis| signs[axis] / spacing[axis]));
+            let most = step.abs().max_element();
+            // Slices across z and y are rows side by side.
+            let along = (0..3)
+                .rev()
+                .find(|axis| step[*axis].abs() > 0.999 * most)
+                .unwrap_or(2);
+            let axes = Axes {
+                across: [[1, 2], [0, 2], [0, 1]][along],
+                along,
+            };
+            let step = step / step[along];
+            let in_world = self.world_from_grid * step;
+            directions.push(in_world.normalize_or_zero());
+            let slices = self.radius / in_world.length();
+            lines.push(Line {
+                axes,
+                shift: axes.across.map(|axis| step[axis]),
+                length: single(in_world.length() / self.opacity_unit),
+                reach: count(whole(slices.floor())),
+                fraction: single(slices - slices.floor()),
+                weight: 0.0,
+            });
+        }
+        for (line, share) in lines.iter_mut().zip(shares_of_sky(&directions)) {
+            line.weight = single(0.5 * share);
+        }
+        lines
+    }
+
+    fn add(&self, stack: &Stack, line: &Line, tables: &mut LayerTables) {
+        let slices = stack.len();
+        let mut ahead = Sums::new(stack, line, 1.0 - line.fraction);
+        let mut behind = Sums::new(stack, line, line.fraction);
+        for number in 0..=slices + line.reach {
+            self.advance(stack, number, &mut ahead);
+            let before = number.checked_sub(line.reach + 1);
+            if let Some(last) = before.filter(|last| *last < slices) {
+                let ends = [&behind.sums, &ahead.parts];
+                let columns = ahead.columns(last);
+                self.look(stack, (last, columns), (ends, line.weight), tables);
+            }
+            if let Some(next) = number.checked_sub(line.reach) {
+                self.advance(stack, next, &mut behind);
+            }
+            if number < slices {
+                let ends = [&behind.parts, &ahead.sums];
+                let columns = ahead.columns(number);
+                self.look(stack, (number, columns), (ends, line.weight), tables);
+            }
+        }
+    }
+
+    /// Goes on to a slice, or beyond the last.
+    fn advance(&self, stack: &Stack, slice: usize, sums: &mut Sums) {
+        if slice == 0 {
+            stack.fill(0, self.strengths, &mut sums.numbers);
+            sums.take(0);
+        }
+        if slice + 1 < stack.len() {
+            stack.fill(slice + 1, self.strengths, &mut sums.numbers);
+            sums.take(slice + 1);
+        } else {
+            sums.take_nothing();
+        }
+        sums.advance(slice.min(stack.len() - 1), self.level);
+    }
+
+    /// Adds the transmittance between two sums to the vertices of a slice, times a weight.
+    fn look(
+        &self,
+        stack: &Stack,
+        (slice, columns): (usize, Columns),
+        ([from, to], weight): ([&Vec<f32>; 2], f32),
+        tables: &mut LayerTables,
+    ) {
+        stack.change(slice, tables, |brick, table| {
+            let mut depths = [0.0; SLICE_LEN];
+            let mut len = 0;
+            for row in stack.rows(brick, slice) {
+                let first = columns.place(row);
+                let ends = to[first..][..row.count]
+                    .iter()
+                    .zip(&from[first..][..row.count]);
+                for (depth, (to, from)) in depths[len..].iter_mut().zip(ends) {
+                    *depth = from - to;
+                }
+                len += row.count;
+            }
+            dispatch!(self.level, simd => transmittances(simd, &mut depths, weight));
+            let mut rest = &depths[..];
+            for row in stack.rows(brick, slice) {
+                let (line, after) = rest.split_at(row.count);
+                for (number, share) in line.iter().enumerate() {
+                    table[row.place + number * row.stride] += share;
+                }
+                rest = after;
+            }
+        });
+    }
+}
+
+/// Vertices of a brick in a slice, up to whole vectors.
+const SLICE_LEN: usize = 96;
+
+/// Becomes the transmittances of depths below 0, in log2, times a weight.
+#[simd]
+fn transmittances<S: Simd>(simd: S, depths: &mut [f32; SLICE_LEN], weight: f32) {
+    for lanes in depths.chunks_exact_mut(16) {
+        let depth = f32x16::from_slice(simd, lanes);
+        let share = exp2(simd, depth.min(f32x16::splat(simd, 0.0))) * f32x16::splat(simd, weight);
+        share.store_slice(lanes);
+    }
+}
+
+/// Sums along the lines, each of which stands at a whole vertex in each slice.
+struct Sums {
+    /// Vertices along a row of a slice.
+    slice_width: usize,
+    width: usize,
+    /// The line at the first vertex of each slice.
+    firsts: Vec<[usize; 2]>,
+    /// The slice that is taken next.
+    numbers: Vec<f32>,
+    /// Extinction at the slice before, at the slice, and at the one after it; 0 outside.
+    around: [Vec<f32>; 3],
+    /// Optical depth up to the middle between the slice and the one after it, in log2.
+    whole: Vec<f32>,
+    /// Optical depth up to the slice, in log2.
+    sums: Vec<f32>,
+    /// The same, up to a share of the way from the slice to the one before.
+    parts: Vec<f32>,
+    step: Step,
+}
+
+#[derive(Clone, Copy)]
+struct Step {
+    /// The way from slice to slice, opacity units, in log2.
+    length: f32,
+    /// The share of the way back that `parts` stand at.
+    back: f32,
+}
+
+/// The lines that stand at the vertices of a slice.
+#[derive(Clone, Copy)]
+struct Columns {
+    first: [usize; 2],
+    width: usize,
+}
+
+impl Columns {
+    /// The line at the first vertex of a row.
+    fn place(&self, row: VertexRow) -> usize {
+        row.first[0] + self.first[0] + self.width * (row.first[1] + self.first[1])
+    }
+}
+
+impl Sums {
+    fn new(stack: &Stack, line: &Line, back: f32) -> Self {
+        let last = stack.len() - 1;
+        let moved = |slice: usize| {
+            line.shift.map(|shift| {
+                if shift < 0.0 {
+                    -floor(-shift * slice as f64 + 0.5)
+                } else {
+                    floor(shift * slice as f64 + 0.5)
+                }
+            })
+        };
+        let end = moved(last);
+        let firsts = (0..=last).map(|slice| {
+            let moved = moved(slice);
+            [0, 1].map(|side| usize::try_from(end[side].max(0) - moved[side]).unwrap_or(0))
+        });
+        let [width, height] = stack.sides();
+        let [more_x, more_y] = end.map(|end| usize::try_from(end.abs()).unwrap_or(0));
+        let zeros = vec![0.0; (width + more_x) * (height + more_y)];
+        Self {
+            slice_width: width,
+            width: width + more_x,
+            firsts: firsts.collect(),
+            numbers: vec![0.0; stack.area()],
+            around: [zeros.clone(), zeros.clone(), zeros.clone()],
+            whole: zeros.clone(),
+            sums: zeros.clone(),
+            parts: zeros,
+            step: Step {
+                length: line.length * std::f32::consts::LOG2_E,
+                back,
+            },
+        }
+    }
+
+    /// The lines at the vertices of a slice.
+    fn columns(&self, slice: usize) -> Columns {
+        Columns {
+            first: self.firsts[slice],
+            width: self.width,
+        }
+    }
+
+    /// Takes the numbers of the slice that comes next.
+    fn take(&mut self, slice: usize) {
+        self.take_nothing();
+        let [x, y] = self.firsts[slice];
+        let rows = self.around[2].par_chunks_mut(self.width).skip(y);
+        let rows = rows.zip(self.numbers.par_chunks(self.slice_width));
+        rows.for_each(|(row, numbers)| {
+            for (to, number) in row[x..].iter_mut().zip(numbers) {
+                *to = number.max(0.0);
+            }
+        });
+    }
+
+    /// No slice comes next.
+    fn take_nothing(&mut self) {
+        self.around.rotate_left(1);
+        self.around[2].fill(0.0);
+    }
+
+    /// Goes on to a slice; the one after it is taken.
+    fn advance(&mut self, slice: usize, level: Vectors) {
+        let ([x, y], width, step) = (self.firsts[slice], self.slice_width, self.step);
+        let end = y + self.numbers.len() / width;
+        let [before, at, after] = &self.around;
+        let rows = (self.sums.par_chunks_mut(self.width))
+            .zip(self.parts.par_chunks_mut(self.width))
+            .zip(self.whole.par_chunks_mut(self.width));
+        let plane_width = self.width;
+        let rows = rows.enumerate().skip(y).take(end - y);
+        rows.for_each(|(row, ((sums, parts), whole))| {
+            let first = row * plane_width + x;
+            let numbers = [before, at, after].map(|plane| &plane[first..][..width]);
+            let lines = [sums, parts, whole].map(|line| &mut line[x..][..width]);
+            dispatch!(level, simd => advance(simd, lines, numbers, step));
+        });
+    }
+}
+
+#[simd]
+fn advance<S: Simd>(_simd: S, lines: [&mut [f32]; 3], numbers: [&[f32]; 3], step: Step) {
+    /// A step of this depth lets 2^-12 through, less than pictures tell.
+    const MOST: f32 = 12.0;
+    /// Sums of means around vertices are the depth up to half of the way to the next. At a vertex it is less by 1/12 of the slope, as
+    /// trapezoids are, and by 1/72 for the means themselves, over a slope that is half of a difference.
+    const BEND: f32 = 0.5 * (1.0 / 12.0 + 1.0 / 72.0);
+    let [sums, parts, whole] = lines;
+    let [before, at, after] = numbers;
+    let depth = |strength: f32| (step.length * strength).min(MOST);
+    let numbers = before.iter().zip(at).zip(after);
+    let lines = sums.iter_mut().zip(parts).zip(whole);
+    for (((sum, part), whole), ((before, at), after)) in lines.zip(numbers) {
+        let (before, at, after) = (depth(*before), depth(*at), depth(*after));
+        let here = *whole + 0.5 * at + BEND * (before - after);
+        *part = here - step.back * (here - *sum);
+        *sum = here;
+        *whole += at;
+    }
+}
+
+/// The share of the sphere that is nearest to each line.
+fn shares_of_sky(lines: &[DVec3]) -> Vec<f64> {
+    /// So many places give shares to about 1 %.
+    const PLACES: u32 = 20_000;
+    const TURN: f64 = 2.399_963_229_728_653;
+    let mut counts = vec![0.0; lines.len()];
+    for place in 0..PLACES {
+        let z = (f64::from(place) + 0.5) / f64::from(PLACES) * 2.0 - 1.0;
+        let (sin, cos) = (TURN * f64::from(place)).sin_cos();
+        let flat = (1.0 - z * z).sqrt();
+        let at = DVec3::new(flat * cos, flat * sin, z);
+        let nearest = (0..lines.len()).fold(0, |nearest, line| {
+            let is_nearer = lines[line].dot(at).abs() > lines[nearest].dot(at).abs();
+            if is_nearer { line } else { nearest }
+        });
+        counts[nearest] += 1.0 / f64::from(PLACES);
+    }
+    counts
+}
