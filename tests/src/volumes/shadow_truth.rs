@@ -12,7 +12,7 @@ use volsplat::{TransferFunction, Volume};
 
 use crate::twins::field::extinction;
 use crate::twins::rays::RaySource;
-use crate::twins::trilinear::{last, scalar};
+use crate::twins::trilinear::last;
 
 /// Steps per voxel.
 const STEPS: f64 = 4.0;
@@ -24,6 +24,8 @@ const DIFFUSE: f64 = 0.7;
 /// A volume of unit spacing at the origin of the world, and its light.
 pub struct ShadowTruth<'a> {
     volume: &'a Volume,
+    /// Its scalars, x fastest.
+    values: Vec<f64>,
     transfer: &'a TransferFunction,
     /// Unit directions towards the parts of the light; none where no shadows are drawn.
     towards: Vec<DVec3>,
@@ -66,8 +68,10 @@ impl<'a> ShadowTruth<'a> {
         towards: Vec<DVec3>,
         keeps: &'a (dyn Fn(DVec3) -> bool + Sync),
     ) -> Self {
+        let count = volume.dims.iter().product();
         let mut truth = Self {
             volume,
+            values: (0..count).map(|voxel| volume.value(voxel)).collect(),
             transfer,
             towards,
             sky: None,
@@ -91,7 +95,7 @@ impl<'a> ShadowTruth<'a> {
         truth
     }
 
-    /// The mean of the sky's light over what views along both directions of the axes see, with rays three voxels apart.
+    /// The mean of the sky's light over what views along both directions of the axes see, with a ray for each two voxels along the sides.
     fn mean_sky(&self) -> f64 {
         let last = last(self.volume);
         let rays_of = |side: usize| {
@@ -99,11 +103,15 @@ impl<'a> ShadowTruth<'a> {
             let (right, up) = (DVec3::AXES[(side + 1) % 3], DVec3::AXES[(side + 2) % 3]);
             let from = if side < 3 { DVec3::ZERO } else { along * last };
             let towards = if side < 3 { along } else { -along };
-            let [rays_x, rays_y] = [right, up].map(|axis| code32(last.dot(axis) / 3.0));
+            let [rays_x, rays_y] = [right, up].map(|axis| code32(last.dot(axis) / 2.0));
             (0..rays_x * rays_y).map(move |ray| {
-                let place = |at: u32, axis: DVec3| 3.0 * (f64::from(at) + 0.5) * axis;
+                // Somewhere in a square of two voxels.
+                let place = |at: u32, times: f64, axis: DVec3| {
+                    2.0 * (f64::from(at) + (times * f64::from(ray)).fract()) * axis
+                };
+                let right = place(ray % rays_x, 0.754_877_666, right);
                 (
-                    from + place(ray % rays_x, right) + place(ray / rays_x, up),
+                    from + right + place(ray / rays_x, 0.569_840_291, up),
                     towards,
                 )
             })
@@ -137,7 +145,23 @@ impl<'a> ShadowTruth<'a> {
         if !is_inside || !(self.keeps)(at) {
             return 0.0;
         }
-        extinction(self.transfer.opacity(scalar(self.volume, at)))
+        extinction(self.transfer.opacity(self.scalar(at)))
+    }
+
+    /// The trilinear scalar.
+    fn scalar(&self, at: DVec3) -> f64 {
+        let [width, height, depth] = self.volume.dims;
+        let cell = |at: f64, len: usize| {
+            let first = (at as usize).min(len - 2);
+            (first, at - first as f64)
+        };
+        let ((x, u), (y, v), (z, w)) = (cell(at.x, width), cell(at.y, height), cell(at.z, depth));
+        let row = |y: usize, z: usize| {
+            let first = x + width * (y + height * z);
+            self.values[first] * (1.0 - u) + self.values[first + 1] * u
+        };
+        let layer = |z: usize| row(y, z) * (1.0 - v) + row(y + 1, z) * v;
+        layer(z) * (1.0 - w) + layer(z + 1) * w
     }
 
     /// Transmittance from a place along a direction.
@@ -228,7 +252,7 @@ impl<'a> ShadowTruth<'a> {
                 continue;
             }
             let opacity = -(-strength / STEPS).exp_m1();
-            let [r, g, b] = self.transfer.colour(scalar(self.volume, at)).map(f64::from);
+            let [r, g, b] = self.transfer.colour(self.scalar(at)).map(f64::from);
             let light = self.light(at);
             for (sum, colour) in sum.iter_mut().zip([r, g, b]) {
                 *sum += left * opacity * colour * light;

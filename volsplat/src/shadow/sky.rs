@@ -18,7 +18,8 @@ use crate::shadow::slices::{Axes, LayerTables, Stack, VertexRow};
 /// A pair of opposite directions.
 #[derive(Clone, Copy, Debug)]
 struct Line {
-    axes: Axes,
+    /// The axis across which slices lie.
+    along: usize,
     /// How far the line moves from one slice to the next, vertices.
     shift: [f64; 2],
     /// The way from slice to slice, opacity units.
@@ -48,21 +49,14 @@ impl Sky<'_> {
         let mut sums: Vec<Table> = vec![[0.0; TABLE_LEN]; self.field.bricks.len()];
         let lines = self.lines();
         for along in 0..3 {
-            let mut tables: Option<LayerTables> = None;
-            let of_axis = lines.iter().filter(|line| line.axes.along == along);
-            for line in of_axis {
-                let Some(stack) = Stack::new(self.field, line.axes) else {
-                    continue;
-                };
-                let tables = tables.get_or_insert_with(|| stack.tables());
-                self.add(&stack, line, tables);
+            let Some(stack) = Stack::new(self.field, Axes::across(along)) else {
+                continue;
+            };
+            let mut tables = stack.tables();
+            for line in lines.iter().filter(|line| line.along == along) {
+                self.add(&stack, line, &mut tables);
             }
-            if let (Some(tables), Some(line)) =
-                (tables, lines.iter().find(|line| line.axes.along == along))
-                && let Some(stack) = Stack::new(self.field, line.axes)
-            {
-                stack.add_to_bricks(&tables, &mut sums);
-            }
+            stack.add_to_bricks(&tables, &mut sums);
         }
         sums
     }
@@ -71,36 +65,9 @@ impl Sky<'_> {
         let spacing = [0, 1, 2].map(|axis| self.world_from_grid.col(axis).length());
         let mut lines = Vec::new();
         let mut directions = Vec::new();
-        let set: i32 = std::env::var("SET").map_or(1, |v| v.parse().unwrap());
-        let mut vectors = Vec::new();
-        for z in -2i32..=2 {
-            for y in -2i32..=2 {
-                for x in -2i32..=2 {
-                    let v = [x, y, z];
-                    let most = v.iter().map(|a| a.abs()).max().unwrap();
-                    let sum: i32 = v.iter().map(|a| a.abs()).sum();
-                    if most == 0 || (most == 2 && v.iter().all(|a| a % 2 == 0)) {
-                        continue;
-                    }
-                    let first = v.iter().rev().find(|a| **a != 0).unwrap();
-                    if *first < 0 {
-                        continue;
-                    }
-                    let kind = match (most, sum) {
-                        (1, _) => 1,
-                        (2, 3) => 2,
-                        (2, 4) => 3,
-                        _ => 4,
-                    };
-                    if set >> (kind - 1) & 1 == 1 || (set == 1 && kind == 1) {
-                        vectors.push(v);
-                    }
-                }
-            }
-        }
-        eprintln!("{} lines", vectors.len());
-        for signs in vectors {
-            let signs = signs.map(f64::from);
+        // One of each two opposite neighbours of a vertex: 13 of 26.
+        for number in 14..27 {
+            let signs = [number % 3 - 1, number / 3 % 3 - 1, number / 9 - 1].map(f64::from);
             // Along the diagonals of a cube in the world.
             let step = DVec3::from([0, 1, 2].map(|axis| signs[axis] / spacing[axis]));
             let most = step.abs().max_element();
@@ -109,17 +76,13 @@ impl Sky<'_> {
                 .rev()
                 .find(|axis| step[*axis].abs() > 0.999 * most)
                 .unwrap_or(2);
-            let axes = Axes {
-                across: [[1, 2], [0, 2], [0, 1]][along],
-                along,
-            };
             let step = step / step[along];
             let in_world = self.world_from_grid * step;
             directions.push(in_world.normalize_or_zero());
             let slices = self.radius / in_world.length();
             lines.push(Line {
-                axes,
-                shift: axes.across.map(|axis| step[axis]),
+                along,
+                shift: Axes::across(along).across.map(|axis| step[axis]),
                 length: single(in_world.length() / self.opacity_unit),
                 reach: count(whole(slices.floor())),
                 fraction: single(slices - slices.floor()),
@@ -262,13 +225,11 @@ impl Columns {
 impl Sums {
     fn new(stack: &Stack, line: &Line, back: f32) -> Self {
         let last = stack.len() - 1;
+        // Halves are rounded away from 0, so that directions to both sides are alike.
         let moved = |slice: usize| {
             line.shift.map(|shift| {
-                if shift < 0.0 {
-                    -floor(-shift * slice as f64 + 0.5)
-                } else {
-                    floor(shift * slice as f64 + 0.5)
-                }
+                let moved = floor(shift.abs() * slice as f64 + 0.5);
+                if shift < 0.0 { -moved } else { moved }
             })
         };
         let end = moved(last);
@@ -345,9 +306,9 @@ impl Sums {
 fn advance<S: Simd>(_simd: S, lines: [&mut [f32]; 3], numbers: [&[f32]; 3], step: Step) {
     /// A step of this depth lets 2^-12 through, less than pictures tell.
     const MOST: f32 = 12.0;
-    /// Sums of means around vertices are the depth up to half of the way to the next. At a vertex it is less by 1/12 of the slope, as
-    /// trapezoids are, and by 1/72 for the means themselves, over a slope that is half of a difference.
-    const BEND: f32 = 0.5 * (1.0 / 12.0 + 1.0 / 72.0);
+    /// Sums of means around vertices are the depth up to half of the way to the next; at a vertex it is that of the cubic through the
+    /// four sums around it.
+    const BEND: f32 = 1.0 / 16.0;
     let [sums, parts, whole] = lines;
     let [before, at, after] = numbers;
     let depth = |strength: f32| (step.length * strength).min(MOST);

@@ -15,6 +15,18 @@ pub(super) struct Axes {
     pub(super) along: usize,
 }
 
+impl Axes {
+    /// Those of slices across an axis.
+    pub(super) fn across(along: usize) -> Self {
+        let across = match along {
+            0 => [1, 2],
+            1 => [0, 2],
+            _ => [0, 1],
+        };
+        Self { across, along }
+    }
+}
+
 /// The box of the vertices of all bricks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct VertexBox {

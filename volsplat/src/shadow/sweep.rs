@@ -160,15 +160,10 @@ impl Ray {
             0,
             |most, axis| if size[axis] > size[most] { axis } else { most },
         );
-        let across = match along {
-            0 => [1, 2],
-            1 => [0, 2],
-            _ => [0, 1],
-        };
         Self {
             step: -towards / size[along],
             length: 1.0 / size[along],
-            axes: Axes { across, along },
+            axes: Axes::across(along),
         }
     }
 }

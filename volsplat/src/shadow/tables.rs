@@ -80,12 +80,6 @@ pub(crate) struct Caster<'a> {
     pub(crate) level: Vectors,
 }
 
-/// Slices across z.
-const ACROSS_Z: Axes = Axes {
-    across: [0, 1],
-    along: 2,
-};
-
 impl Caster<'_> {
     /// The numbers at the vertices of the bricks, and how they become extinction.
     fn numbers(&self) -> (Vec<Table>, Medium) {
@@ -143,7 +137,7 @@ impl LightTables {
     /// The light of the sky, up to a radius in world units.
     pub(crate) fn of_sky(caster: &Caster, radius: f64) -> Self {
         let field = caster.field;
-        let Some(stack) = Stack::new(field, ACROSS_Z) else {
+        let Some(stack) = Stack::new(field, Axes::across(2)) else {
             return Self {
                 faces: Vec::new(),
                 gain: 1.0,
@@ -159,11 +153,7 @@ impl LightTables {
             opacity_unit: caster.opacity_unit,
             level: caster.level,
         };
-        let shares = if std::env::var("NOSHARP").is_ok() {
-            sky.shares()
-        } else {
-            sharpened(&stack, &sky.shares())
-        };
+        let shares = sharpened(&stack, &sky.shares());
         let axes = DVec3::AXES.map(|axis| caster.world_from_index.transform_vector3(axis).length());
         let spacing = axes.map(|length| single(length / caster.opacity_unit));
         let seen = Lit {
@@ -175,7 +165,6 @@ impl LightTables {
             spacing,
         }
         .mean_seen();
-        eprintln!("seen {seen}");
         Self {
             faces: bytes_of(&shares),
             gain: single(1.0 / seen),
