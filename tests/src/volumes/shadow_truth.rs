@@ -31,7 +31,7 @@ pub struct ShadowTruth<'a> {
     towards: Vec<DVec3>,
     /// The sky, where occlusion is drawn.
     sky: Option<Sky>,
-    pub sky_gain: f64,
+    sky_gain: f64,
     /// Returns true for the positions that the clip keeps.
     keeps: &'a (dyn Fn(DVec3) -> bool + Sync),
     gain: f64,

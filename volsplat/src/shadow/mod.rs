@@ -1,9 +1,10 @@
-//! Shadows: the share of the light that reaches each vertex of the bricks, exactly along the light.
+//! Shadows and occlusion: the share of the light and of the sky that reaches each vertex of the bricks.
 //!
-//! Takes the bricks of a field, how their scalars become extinction, and a direction towards the light; gives a byte for each vertex,
-//! which samples interpolate as they do scalars. Nothing depends on the camera or on tiles. In the order in which data flow: `medium` is
-//! the mean extinction between two neighbours, `slices` puts the bricks into slices of the grid, `sweep` carries columns of light from
-//! slice to slice, and `tables` holds the result.
+//! Takes the bricks of a field, how their scalars become extinction, and a direction towards the light or a radius; gives a byte for each
+//! vertex, which samples interpolate as they do scalars. Nothing depends on the camera or on tiles. In the order in which data flow:
+//! `medium` is the mean extinction between two neighbours, `slices` puts the bricks into slices of the grid, `sweep` carries columns of
+//! light from slice to slice; `strengths` is the mean extinction around a vertex, `sky` sums it along lines of vertices, `sharpen`
+//! sharpens the light of the sky, `brightness` is its mean over what views see, and `tables` holds the results.
 //!
 //! A column of light is one ray from its entry to its end: its optical depth is summed and never interpolated, so that no blur
 //! grows with the distance. Slices are those of the grid that the light crosses most steeply; between two of them the scalar changes
@@ -12,6 +13,11 @@
 //! plate came from 33.6 to 38.3 dB by that, vessels from 37.0 to 41.0, shells from 37.8 to 40.8.
 //! Source: U. Behrens, R. Ratering, "Adding Shadows to a Texture-Based Volume Renderer", IEEE Symposium on Volume Visualization 1998,
 //! carry light from slice to slice as well, and resample it on each of them.
+//!
+//! The sky is 26 directions, each of which leads from vertex to vertex, so that nothing is interpolated: 50 and 74 directions were 1 to 3 dB
+//! better, 2 to 3 times as slow. Depths between vertices are differences of sums along their line, with the cubic through the sums
+//! between vertices: trapezoids made steep surfaces 8 % darker. The mean light that is held is that of rays between vertices: rays
+//! through vertices found surfaces 5 % too bright.
 //! Limits: light is absorbed on its way and not scattered.
 
 mod brightness;
