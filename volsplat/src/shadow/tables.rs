@@ -17,7 +17,7 @@ use crate::shadow::medium::Medium;
 use crate::shadow::sharpen::sharpened;
 use crate::shadow::sky::Sky;
 use crate::shadow::slices::{Axes, LayerTables, Numbers, Stack};
-use crate::shadow::strengths::around_vertices;
+use crate::shadow::strengths::{around_vertices, skins};
 use crate::shadow::sweep::{Matter, Met, Ray, add};
 use crate::slabs::settings::ChannelSettings;
 
@@ -145,17 +145,20 @@ impl LightTables {
         };
         let (numbers, medium) = caster.numbers();
         let strengths = around_vertices((field, &stack), &numbers, &medium, caster.clip);
+        let axes = DVec3::AXES.map(|axis| caster.world_from_index.transform_vector3(axis).length());
+        let spacing = axes.map(|length| single(length / caster.opacity_unit));
+        let step = spacing[0].min(spacing[1]).min(spacing[2]);
+        let skins = skins(&stack, &strengths, step);
         let sky = Sky {
             field,
             strengths: &strengths,
+            skins: &skins,
             world_from_grid: caster.world_from_index.matrix3,
             radius,
             opacity_unit: caster.opacity_unit,
             level: caster.level,
         };
         let shares = sharpened(&stack, &sky.shares());
-        let axes = DVec3::AXES.map(|axis| caster.world_from_index.transform_vector3(axis).length());
-        let spacing = axes.map(|length| single(length / caster.opacity_unit));
         let seen = Lit {
             field,
             numbers: &numbers,
