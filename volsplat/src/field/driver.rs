@@ -404,14 +404,17 @@ impl FieldPipeline {
         };
         if let (Some((shadow, towards)), None) = (sun, &self.light.sun) {
             let towards = towards.normalize_or(DVec3::Z);
-            self.light.sun = Some(LightTables::of_sun(&caster, towards, &shadow));
+            // Inside of the pool, many small steps in parallel cost little.
+            let tables = rayon::scope(|_| LightTables::of_sun(&caster, towards, &shadow));
+            self.light.sun = Some(tables);
         }
         if let (Some(sky), None) = (sky, &self.light.sky) {
             let radius = sky.radius.or_else(|| {
                 let [low, high] = self.bounds_in_world()?;
                 Some(OCCLUSION_RADIUS * (high - low).length())
             });
-            self.light.sky = Some(LightTables::of_sky(&caster, radius.unwrap_or(1.0)));
+            let tables = rayon::scope(|_| LightTables::of_sky(&caster, radius.unwrap_or(1.0)));
+            self.light.sky = Some(tables);
         }
         Ok(())
     }

@@ -12,7 +12,7 @@ use resample_core::dispatch;
 use resample_core::narrow::{count, floor, single, whole};
 use resample_core::simd::{Vectors, exp2};
 
-use crate::bricks::cells::{CellField, TABLE_LEN, Table};
+use crate::bricks::cells::{CellField, TABLE_LEN, Table, VERTEX_SIDE};
 use crate::shadow::slices::{Axes, LayerTables, Stack, VertexRow};
 
 /// A pair of opposite directions.
@@ -123,16 +123,20 @@ impl Sky<'_> {
     /// Goes on to a slice, or beyond the last.
     fn advance(&self, stack: &Stack, slice: usize, sums: &mut Sums) {
         if slice == 0 {
-            stack.fill(0, self.strengths, &mut sums.numbers);
-            sums.take(0);
+            self.take(stack, 0, sums);
         }
+        sums.around.rotate_left(1);
+        sums.around[2].fill(0.0);
         if slice + 1 < stack.len() {
-            stack.fill(slice + 1, self.strengths, &mut sums.numbers);
-            sums.take(slice + 1);
-        } else {
-            sums.take_nothing();
+            self.take(stack, slice + 1, sums);
         }
         sums.advance(slice.min(stack.len() - 1), self.level);
+    }
+
+    /// Takes the extinction of the slice that comes next.
+    fn take(&self, stack: &Stack, slice: usize, sums: &mut Sums) {
+        let plane = (&mut sums.around[2][..], sums.width);
+        stack.place(slice, self.strengths, plane, sums.firsts[slice]);
     }
 
     /// Adds the transmittance from the vertices of a slice to the end of the radius, times a weight; the sums are those at the slice, at the
@@ -149,12 +153,18 @@ impl Sky<'_> {
             let mut len = 0;
             for row in stack.rows(brick, slice) {
                 let first = columns.place(row);
-                let [at, next, end] = [at, next, end].map(|sums| &sums[first..][..row.count]);
-                for (number, depth) in depths[len..][..row.count].iter_mut().enumerate() {
-                    let skin = self.skins[brick][row.place + number * row.stride];
-                    let of_skin = SKIN_DEPTH + (end[number] - next[number]).abs();
-                    let whole = (end[number] - at[number]).abs();
-                    *depth = -(whole + skin * (of_skin - whole));
+                let sums = [at, next, end].map(|sums| &sums[first..][..row.count]);
+                let mut skins = [0.0; VERTEX_SIDE];
+                for (number, skin) in skins[..row.count].iter_mut().enumerate() {
+                    *skin = self.skins[brick][row.place + number * row.stride];
+                }
+                let depths = &mut depths[len..][..row.count];
+                // Rows of a known length become vector instructions.
+                if row.count == VERTEX_SIDE {
+                    let sums = sums.map(|sums| &sums[..VERTEX_SIDE]);
+                    depths_of_row(sums, &skins, &mut depths[..VERTEX_SIDE]);
+                } else {
+                    depths_of_row(sums, &skins, depths);
                 }
                 len += row.count;
             }
@@ -162,12 +172,34 @@ impl Sky<'_> {
             let mut rest = &depths[..];
             for row in stack.rows(brick, slice) {
                 let (line, after) = rest.split_at(row.count);
-                for (number, share) in line.iter().enumerate() {
-                    table[row.place + number * row.stride] += share;
-                }
                 rest = after;
+                let table = &mut table[row.place..];
+                if row.stride == 1 && row.count == VERTEX_SIDE {
+                    add_row(&mut table[..VERTEX_SIDE], &line[..VERTEX_SIDE]);
+                    continue;
+                }
+                for (number, share) in line.iter().enumerate() {
+                    table[number * row.stride] += share;
+                }
             }
         });
+    }
+}
+
+#[inline(always)]
+fn add_row(sums: &mut [f32], shares: &[f32]) {
+    for (sum, share) in sums.iter_mut().zip(shares) {
+        *sum += share;
+    }
+}
+
+/// Depths, in log2 and below 0, from the vertices of a row to the end of the radius; `skins` are how far the vertices are skin.
+#[inline(always)]
+fn depths_of_row([at, next, end]: [&[f32]; 3], skins: &[f32; VERTEX_SIDE], depths: &mut [f32]) {
+    for (number, depth) in depths.iter_mut().enumerate() {
+        let of_skin = SKIN_DEPTH + (end[number] - next[number]).abs();
+        let whole = (end[number] - at[number]).abs();
+        *depth = -(whole + skins[number] * (of_skin - whole));
     }
 }
 
@@ -190,13 +222,12 @@ fn transmittances<S: Simd>(simd: S, depths: &mut [f32; SLICE_LEN], weight: f32) 
 
 /// Sums along the lines, each of which stands at a whole vertex in each slice.
 struct Sums {
-    /// Vertices along a row of a slice.
+    /// Vertices along the sides of a slice.
     slice_width: usize,
+    slice_height: usize,
     width: usize,
     /// The line at the first vertex of each slice.
     firsts: Vec<[usize; 2]>,
-    /// The slice that is taken next.
-    numbers: Vec<f32>,
     /// Extinction at the slice before, at the slice, and at the one after it; 0 outside.
     around: [Vec<f32>; 3],
     /// Optical depth up to the middle between the slice and the one after it, in log2.
@@ -252,9 +283,9 @@ impl Sums {
         let zeros = vec![0.0; (width + more_x) * (height + more_y)];
         Self {
             slice_width: width,
+            slice_height: height,
             width: width + more_x,
             firsts: firsts.collect(),
-            numbers: vec![0.0; stack.area()],
             around: [zeros.clone(), zeros.clone(), zeros.clone()],
             whole: zeros.clone(),
             sums: zeros.clone(),
@@ -275,29 +306,10 @@ impl Sums {
         }
     }
 
-    /// Takes the numbers of the slice that comes next.
-    fn take(&mut self, slice: usize) {
-        self.take_nothing();
-        let [x, y] = self.firsts[slice];
-        let rows = self.around[2].par_chunks_mut(self.width).skip(y);
-        let rows = rows.zip(self.numbers.par_chunks(self.slice_width));
-        rows.for_each(|(row, numbers)| {
-            for (to, number) in row[x..].iter_mut().zip(numbers) {
-                *to = number.max(0.0);
-            }
-        });
-    }
-
-    /// No slice comes next.
-    fn take_nothing(&mut self) {
-        self.around.rotate_left(1);
-        self.around[2].fill(0.0);
-    }
-
     /// Goes on to a slice; the one after it is taken.
     fn advance(&mut self, slice: usize, level: Vectors) {
         let ([x, y], width, step) = (self.firsts[slice], self.slice_width, self.step);
-        let end = y + self.numbers.len() / width;
+        let end = y + self.slice_height;
         let [before, at, after] = &self.around;
         let rows = (self.sums.par_chunks_mut(self.width))
             .zip(self.parts.par_chunks_mut(self.width))

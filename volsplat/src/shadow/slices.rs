@@ -140,11 +140,26 @@ impl<'a> Stack<'a> {
     pub(super) fn fill(&self, slice: usize, tables: &[Table], numbers: &mut [f32]) {
         numbers.fill(f32::NAN);
         let width = self.sides()[0];
+        self.place(slice, tables, (numbers, width), [0, 0]);
+    }
+
+    /// Copies the numbers of the bricks' vertices to a plane of rows of this width, in which the slice begins at `first`. The rest stays.
+    pub(super) fn place(
+        &self,
+        slice: usize,
+        tables: &[Table],
+        (plane, width): (&mut [f32], usize),
+        first: [usize; 2],
+    ) {
         for layer in self.layers_of(slice) {
             for &brick in &self.layers[layer] {
                 for row in self.rows(brick, slice) {
-                    let [x, y] = row.first;
-                    let line = &mut numbers[x + width * y..][..row.count];
+                    let [x, y] = [0, 1].map(|side| row.first[side] + first[side]);
+                    let line = &mut plane[x + width * y..][..row.count];
+                    if row.stride == 1 {
+                        line.copy_from_slice(&tables[brick][row.place..][..row.count]);
+                        continue;
+                    }
                     for (number, to) in line.iter_mut().enumerate() {
                         *to = tables[brick][row.place + number * row.stride];
                     }
