@@ -133,6 +133,34 @@ fn shadows_and_occlusion_together_are_those_of_their_truth() {
     assert!(db >= 36.0, "{db:.1} dB");
 }
 
+#[test]
+fn opaque_matter_that_is_cut_is_as_bright_as_its_truth() {
+    let (volume, look) = (ball(), solid());
+    for (name, normal, offset) in [
+        ("across", DVec3::new(0.2, -1.0, 0.1), -29.3),
+        ("along the grid", -DVec3::Y, -29.3),
+    ] {
+        let plane = ClipPlane { normal, offset };
+        let keeps = |at: DVec3| plane.normal.dot(at) >= plane.offset;
+        let truth = ShadowTruth::new(&volume, &look, Vec::new(), &keeps);
+        let truth = truth.with_sky(Sky::new(60, RADIUS)).picture(&camera(), 3);
+        let options = RenderOptions {
+            light: Light::Headlight,
+            shadow: None,
+            clip: Clip {
+                planes: vec![plane],
+                ..Clip::default()
+            },
+            ..with_sky()
+        };
+        let picture = drawn(&volume, &look, &options);
+        if let Ok(folder) = std::env::var("ZZ") { for (n, im) in [("t", &truth), ("p", &picture)] { let mut text = String::new(); for p in &im.rgba { text += &format!("{} ", p[0]); } std::fs::write(format!("{folder}/{n}-{name}.txt"), text).unwrap(); } }
+        let db = psnr_db(&picture, &truth);
+        eprintln!("{name}: {db:.1} dB");
+        assert!(db >= 33.0, "{name}: {db:.1} dB");
+    }
+}
+
 /// Radius of occlusion, voxels.
 const RADIUS: f64 = 8.0;
 
@@ -148,9 +176,10 @@ fn with_sky() -> RenderOptions {
 
 #[test]
 fn occlusion_counts_lengths_in_the_world() {
-    // The same matter with voxels half as deep along z: a plate with a pit.
+    // The same matter with voxels half as deep along z: a plate with a pit, which ends before the volume does.
     let pit = |p: DVec3| {
-        let plate = (p.z - 10.0).abs() - 4.0;
+        let beside = (p.x - 16.0).abs().max((p.y - 16.0).abs()) - 13.0;
+        let plate = ((p.z - 10.0).abs() - 4.0).max(beside);
         let hole = 5.0 - (p - DVec3::new(16.0, 16.0, 14.0)).length();
         (0.5 - plate.max(hole) / 4.0).clamp(0.0, 1.0)
     };

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use resample_core::narrow::{count, whole};
 
 use crate::bricks::cells::{CELL_SIDE, CellField, Table, vertex};
 use crate::look::clip::GridClip;
@@ -92,16 +93,22 @@ impl Lit<'_> {
                     // Somewhere between vertices, another place for each ray.
                     let jitter = (GOLDEN * (ray + side * rays[0]) as f32).fract();
                     let at = (number as f32 + jitter) * pitch;
-                    let vertex = (at as usize).min(sides[side].saturating_sub(2));
+                    let vertex = count(whole(f64::from(at))).min(sides[side].saturating_sub(2));
                     first[(along + 1 + side) % 3] += vertex;
                     share[side] = at - vertex as f32;
                 }
                 self.both_ways(&places, &within, (first, along), share)
             };
             let seen: Vec<Seen> = (0..rays[0] * rays[1]).into_par_iter().map(of_ray).collect();
+            // Pixels are as large in each view.
+            let area_of_ray = [0, 1].map(|side| {
+                let pitch = sides[side].saturating_sub(1) as f64 / rays[side] as f64;
+                pitch * f64::from(self.spacing[(along + 1 + side) % 3])
+            });
+            let area = area_of_ray[0] * area_of_ray[1];
             for ray in seen {
-                sum.opacity += ray.opacity;
-                sum.light += ray.light;
+                sum.opacity += area * ray.opacity;
+                sum.light += area * ray.light;
             }
         }
         if sum.opacity > 0.0 {

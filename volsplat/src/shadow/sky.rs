@@ -13,6 +13,7 @@ use resample_core::narrow::{count, floor, single, whole};
 use resample_core::simd::{Vectors, exp2};
 
 use crate::bricks::cells::{CellField, TABLE_LEN, Table, VERTEX_SIDE};
+use crate::look::clip::{Cut, GridClip};
 use crate::shadow::slices::{Axes, LayerTables, Stack, VertexRow};
 
 /// A pair of opposite directions.
@@ -20,8 +21,8 @@ use crate::shadow::slices::{Axes, LayerTables, Stack, VertexRow};
 struct Line {
     /// The axis across which slices lie.
     along: usize,
-    /// How far the line moves from one slice to the next, vertices.
-    shift: [f64; 2],
+    /// From one slice to the next, vertices; 1 along the axis.
+    step: DVec3,
     /// The way from slice to slice, opacity units.
     length: f32,
     /// Whole slices within the radius, and a share of one.
@@ -38,6 +39,7 @@ pub(super) struct Sky<'a> {
     pub(super) strengths: &'a [Table],
     /// How far the matter around them is skin.
     pub(super) skins: &'a [Table],
+    pub(super) clip: &'a GridClip,
     pub(super) world_from_grid: DMat3,
     /// World units.
     pub(super) radius: f64,
@@ -84,7 +86,7 @@ impl Sky<'_> {
             let slices = self.radius / in_world.length();
             lines.push(Line {
                 along,
-                shift: Axes::across(along).across.map(|axis| step[axis]),
+                step,
                 length: single(in_world.length() / self.opacity_unit),
                 reach: count(whole(slices.floor())),
                 fraction: single(slices - slices.floor()),
@@ -99,8 +101,8 @@ impl Sky<'_> {
 
     fn add(&self, stack: &Stack, line: &Line, tables: &mut LayerTables) {
         let slices = stack.len();
-        let mut ahead = Sums::new(stack, line, 1.0 - line.fraction);
-        let mut behind = Sums::new(stack, line, line.fraction);
+        let mut ahead = Sums::new(stack, (line, self.clip), 1.0 - line.fraction);
+        let mut behind = Sums::new(stack, (line, self.clip), line.fraction);
         for number in 0..=slices + line.reach {
             self.advance(stack, number, &mut ahead);
             if let Some(next) = number.checked_sub(line.reach) {
@@ -126,7 +128,10 @@ impl Sky<'_> {
             self.take(stack, 0, sums);
         }
         sums.around.rotate_left(1);
-        sums.around[2].fill(0.0);
+        sums.around[2].fill(f32::NAN);
+        if let Some([at, after]) = &mut sums.kept {
+            std::mem::swap(at, after);
+        }
         if slice + 1 < stack.len() {
             self.take(stack, slice + 1, sums);
         }
@@ -135,8 +140,41 @@ impl Sky<'_> {
 
     /// Takes the extinction of the slice that comes next.
     fn take(&self, stack: &Stack, slice: usize, sums: &mut Sums) {
+        let [x, y] = sums.firsts[slice];
+        let rows = sums.around[2].chunks_exact_mut(sums.width);
+        for row in rows.skip(y).take(sums.slice_height) {
+            row[x..][..sums.slice_width].fill(0.0);
+        }
         let plane = (&mut sums.around[2][..], sums.width);
-        stack.place(slice, self.strengths, plane, sums.firsts[slice]);
+        stack.place(slice, self.strengths, plane, [x, y]);
+        if sums.kept.is_some() {
+            self.cut(stack, slice, sums);
+        }
+    }
+
+    /// Finds how much of the way before and after each vertex of the slice that comes next is kept.
+    fn cut(&self, stack: &Stack, slice: usize, sums: &mut Sums) {
+        let (columns, step) = (sums.columns(slice), sums.step_in_grid);
+        let Some([_, [before, after]]) = &mut sums.kept else {
+            return;
+        };
+        before.fill(0.5);
+        after.fill(0.5);
+        for brick in stack.bricks_of(slice) {
+            if matches!(self.clip.cut(&self.field.bricks[brick].bounds), Cut::By(0)) {
+                continue;
+            }
+            for row in stack.rows(brick, slice) {
+                let first = columns.place(row);
+                let mut at = stack.in_grid(row, slice);
+                for column in first..first + row.count {
+                    let [from, to] = self.clip.interval(at, step);
+                    before[column] = single((to.min(0.0) - from.max(-0.5)).clamp(0.0, 0.5));
+                    after[column] = single((to.min(0.5) - from.max(0.0)).clamp(0.0, 0.5));
+                    at[stack.axes.across[0]] += 1.0;
+                }
+            }
+        }
     }
 
     /// Adds the transmittance from the vertices of a slice to the end of the radius, times a weight; the sums are those at the slice, at the
@@ -228,8 +266,14 @@ struct Sums {
     width: usize,
     /// The line at the first vertex of each slice.
     firsts: Vec<[usize; 2]>,
-    /// Extinction at the slice before, at the slice, and at the one after it; 0 outside.
+    /// Extinction at the slice before, at the slice, and at the one after it; NaN outside of the box.
     around: [Vec<f32>; 3],
+    /// Where a clip cuts: at the slice and at the one after it, the shares of a step, up to a half, that are kept before and after.
+    kept: Option<[[Vec<f32>; 2]; 2]>,
+    /// The same for a row that nothing cuts.
+    halves: Vec<f32>,
+    /// From one slice to the next, vertices.
+    step_in_grid: DVec3,
     /// Optical depth up to the middle between the slice and the one after it, in log2.
     whole: Vec<f32>,
     /// Optical depth up to the slice, in log2.
@@ -264,11 +308,12 @@ impl Columns {
 }
 
 impl Sums {
-    fn new(stack: &Stack, line: &Line, back: f32) -> Self {
+    fn new(stack: &Stack, (line, clip): (&Line, &GridClip), back: f32) -> Self {
         let last = stack.len() - 1;
         // Halves are rounded away from 0, so that directions to both sides are alike.
         let moved = |slice: usize| {
-            line.shift.map(|shift| {
+            stack.axes.across.map(|axis| {
+                let shift = line.step[axis];
                 let moved = floor(shift.abs() * slice as f64 + 0.5);
                 if shift < 0.0 { -moved } else { moved }
             })
@@ -281,12 +326,17 @@ impl Sums {
         let [width, height] = stack.sides();
         let [more_x, more_y] = end.map(|end| usize::try_from(end.abs()).unwrap_or(0));
         let zeros = vec![0.0; (width + more_x) * (height + more_y)];
+        let outside = vec![f32::NAN; zeros.len()];
+        let halves = || [vec![0.5; zeros.len()], vec![0.5; zeros.len()]];
         Self {
             slice_width: width,
             slice_height: height,
             width: width + more_x,
             firsts: firsts.collect(),
-            around: [zeros.clone(), zeros.clone(), zeros.clone()],
+            around: [outside.clone(), outside.clone(), outside],
+            kept: (!clip.is_whole()).then(|| [halves(), halves()]),
+            halves: vec![0.5; width],
+            step_in_grid: line.step,
             whole: zeros.clone(),
             sums: zeros.clone(),
             before: zeros.clone(),
@@ -315,19 +365,29 @@ impl Sums {
             .zip(self.parts.par_chunks_mut(self.width))
             .zip(self.whole.par_chunks_mut(self.width))
             .zip(self.before.par_chunks_mut(self.width));
-        let plane_width = self.width;
+        let (plane_width, kept, halves) = (self.width, &self.kept, &self.halves);
         let rows = rows.enumerate().skip(y).take(end - y);
         rows.for_each(|(row, (((sums, parts), whole), last))| {
             let first = row * plane_width + x;
             let numbers = [before, at, after].map(|plane| &plane[first..][..width]);
             let lines = [sums, parts, whole, last].map(|line| &mut line[x..][..width]);
-            dispatch!(level, simd => advance(simd, lines, numbers, step));
+            let halves = match kept {
+                Some([kept, _]) => [0, 1].map(|half: usize| &kept[half][first..][..width]),
+                None => [&halves[..]; 2],
+            };
+            dispatch!(level, simd => advance(simd, lines, (numbers, halves), step));
         });
     }
 }
 
+/// Goes on to the vertices of a row. `halves` are the shares of a step that are kept before and after them, up to a half.
 #[simd]
-fn advance<S: Simd>(_simd: S, lines: [&mut [f32]; 4], numbers: [&[f32]; 3], step: Step) {
+fn advance<S: Simd>(
+    _simd: S,
+    lines: [&mut [f32]; 4],
+    (numbers, halves): ([&[f32]; 3], [&[f32]; 2]),
+    step: Step,
+) {
     /// A step of this depth lets 2^-12 through, less than pictures tell.
     const MOST: f32 = 12.0;
     /// Sums of means around vertices are the depth up to half of the way to the next; at a vertex it is that of the cubic through the
@@ -337,14 +397,25 @@ fn advance<S: Simd>(_simd: S, lines: [&mut [f32]; 4], numbers: [&[f32]; 3], step
     let [before, at, after] = numbers;
     let depth = |strength: f32| (step.length * strength).min(MOST);
     let numbers = before.iter().zip(at).zip(after);
+    let numbers = numbers.zip(halves[0].iter().zip(halves[1]));
     let lines = sums.iter_mut().zip(parts).zip(whole).zip(last);
-    for ((((sum, part), whole), last), ((before, at), after)) in lines.zip(numbers) {
-        let (before, at, after) = (depth(*before), depth(*at), depth(*after));
-        let here = *whole + 0.5 * at + BEND * (before - after);
+    for ((((sum, part), whole), last), (((before, at), after), halves)) in lines.zip(numbers) {
+        // Matter begins and ends at the vertices of the box's faces, not half of a step beyond them.
+        let [enters, leaves] = [before, after].map(|beside| beside.is_nan());
+        let is_whole = !enters && !leaves && halves.0 + halves.1 == 1.0;
+        let bend = if is_whole {
+            BEND * (depth(*before) - depth(*after))
+        } else {
+            0.0
+        };
+        let at = if at.is_nan() { 0.0 } else { depth(*at) };
+        let first = if enters { 0.0 } else { halves.0 * at };
+        let second = if leaves { 0.0 } else { halves.1 * at };
+        let here = *whole + first + bend;
         *part = here - step.back * (here - *sum);
         *last = *sum;
         *sum = here;
-        *whole += at;
+        *whole += first + second;
     }
 }
 

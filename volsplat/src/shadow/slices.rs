@@ -1,5 +1,6 @@
 //! From bricks to slices of the grid: the number at each vertex of a slice, or NaN where no brick is shown.
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::bricks::cells::{
@@ -126,6 +127,22 @@ impl<'a> Stack<'a> {
             .filter(move |layer| *layer < end)
     }
 
+    /// The bricks that have a slice among their vertices.
+    pub(super) fn bricks_of(&self, slice: usize) -> impl Iterator<Item = usize> {
+        self.layers_of(slice)
+            .flat_map(|layer| self.layers[layer].iter().copied())
+    }
+
+    /// The first vertex of a row in the grid.
+    pub(super) fn in_grid(&self, row: VertexRow, slice: usize) -> DVec3 {
+        let mut at = [0; 3];
+        at[self.axes.along] = slice;
+        for side in 0..2 {
+            at[self.axes.across[side]] = row.first[side];
+        }
+        DVec3::from([0, 1, 2].map(|axis| (at[axis] + self.within.low[axis]) as f64))
+    }
+
     /// The rows of a brick in a slice; places count from the first vertex of the slice.
     pub(super) fn rows(&self, brick: usize, slice: usize) -> impl Iterator<Item = VertexRow> {
         let low = self.axes.across.map(|axis| self.within.low[axis]);
@@ -151,18 +168,16 @@ impl<'a> Stack<'a> {
         (plane, width): (&mut [f32], usize),
         first: [usize; 2],
     ) {
-        for layer in self.layers_of(slice) {
-            for &brick in &self.layers[layer] {
-                for row in self.rows(brick, slice) {
-                    let [x, y] = [0, 1].map(|side| row.first[side] + first[side]);
-                    let line = &mut plane[x + width * y..][..row.count];
-                    if row.stride == 1 {
-                        line.copy_from_slice(&tables[brick][row.place..][..row.count]);
-                        continue;
-                    }
-                    for (number, to) in line.iter_mut().enumerate() {
-                        *to = tables[brick][row.place + number * row.stride];
-                    }
+        for brick in self.bricks_of(slice) {
+            for row in self.rows(brick, slice) {
+                let [x, y] = [0, 1].map(|side| row.first[side] + first[side]);
+                let line = &mut plane[x + width * y..][..row.count];
+                if row.stride == 1 {
+                    line.copy_from_slice(&tables[brick][row.place..][..row.count]);
+                    continue;
+                }
+                for (number, to) in line.iter_mut().enumerate() {
+                    *to = tables[brick][row.place + number * row.stride];
                 }
             }
         }

@@ -16,26 +16,29 @@ use crate::shadow::slices::Stack;
 /// 10 %.
 const SKIN: [f32; 2] = [1.5, 3.0];
 
-/// For each brick, the mean extinction around its vertices, per opacity unit, 0 where nothing is shown. `stack` is across z, and `numbers`
-/// are those at the vertices, NaN where nothing is shown.
+/// For each brick, the mean extinction around its vertices, per opacity unit, 0 where nothing is shown, whatever a clip keeps of it. `stack`
+/// is across z, and `numbers` are those at the vertices, NaN where nothing is shown.
 pub(super) fn around_vertices(
-    (field, stack): (&CellField, &Stack),
+    stack: &Stack,
     numbers: &[Table],
     medium: &Medium,
-    clip: &GridClip,
 ) -> Vec<Table> {
     let mut strengths = match medium {
         Medium::Extinction => numbers.to_vec(),
         Medium::Scalars(_) => of_scalars(stack, numbers, medium),
     };
+    for strength in strengths.as_flattened_mut() {
+        // Where nothing is shown it is NaN.
+        *strength = strength.max(0.0);
+    }
+    strengths
+}
+
+/// For each brick, the strengths of the matter that a clip keeps.
+pub(super) fn kept(field: &CellField, strengths: &[Table], clip: &GridClip) -> Vec<Table> {
+    let mut strengths = strengths.to_vec();
     let bricks = strengths.par_iter_mut().zip(&field.bricks);
-    bricks.for_each(|(strengths, brick)| {
-        for strength in strengths.iter_mut() {
-            // Where nothing is shown it is NaN.
-            *strength = strength.max(0.0);
-        }
-        keep(strengths, brick, clip);
-    });
+    bricks.for_each(|(strengths, brick)| keep(strengths, brick, clip));
     strengths
 }
 
