@@ -173,6 +173,14 @@ impl GridClip {
             .all(|half| half.height(pos_in_grid) >= 0.0)
     }
 
+    /// The distance of a position from the nearest plane, to either side, voxels; infinite without planes.
+    pub(crate) fn distance(&self, pos_in_grid: DVec3) -> f64 {
+        let heights = self.half_spaces.iter();
+        heights.fold(f64::INFINITY, |least, half| {
+            least.min(half.height(pos_in_grid).abs())
+        })
+    }
+
     /// The part of a ray that is kept, from one parameter to another; the first is the larger where there is none.
     pub(crate) fn interval(&self, origin: DVec3, direction: DVec3) -> [f64; 2] {
         let mut ends = [f64::NEG_INFINITY, f64::INFINITY];

@@ -335,7 +335,7 @@ impl Sums {
             firsts: firsts.collect(),
             around: [outside.clone(), outside.clone(), outside],
             kept: (!clip.is_whole()).then(|| [halves(), halves()]),
-            halves: vec![0.5; width],
+            halves: vec![0.5; width + more_x],
             step_in_grid: line.step,
             whole: zeros.clone(),
             sums: zeros.clone(),
@@ -358,8 +358,12 @@ impl Sums {
 
     /// Goes on to a slice; the one after it is taken.
     fn advance(&mut self, slice: usize, level: Vectors) {
-        let ([x, y], width, step) = (self.firsts[slice], self.slice_width, self.step);
-        let end = y + self.slice_height;
+        let (own, step) = (self.firsts[slice], self.step);
+        // Lines that have just left the box come to rest.
+        let last = self.firsts[slice.saturating_sub(1)];
+        let [x, y] = [0, 1].map(|side| own[side].min(last[side]));
+        let width = own[0].max(last[0]) + self.slice_width - x;
+        let end = own[1].max(last[1]) + self.slice_height;
         let [before, at, after] = &self.around;
         let rows = (self.sums.par_chunks_mut(self.width))
             .zip(self.parts.par_chunks_mut(self.width))
@@ -373,7 +377,7 @@ impl Sums {
             let lines = [sums, parts, whole, last].map(|line| &mut line[x..][..width]);
             let halves = match kept {
                 Some([kept, _]) => [0, 1].map(|half: usize| &kept[half][first..][..width]),
-                None => [&halves[..]; 2],
+                None => [&halves[..width]; 2],
             };
             dispatch!(level, simd => advance(simd, lines, (numbers, halves), step));
         });
@@ -402,7 +406,8 @@ fn advance<S: Simd>(
     for ((((sum, part), whole), last), (((before, at), after), halves)) in lines.zip(numbers) {
         // Matter begins and ends at the vertices of the box's faces, not half of a step beyond them.
         let [enters, leaves] = [before, after].map(|beside| beside.is_nan());
-        let is_whole = !enters && !leaves && halves.0 + halves.1 == 1.0;
+        let is_inside = !enters && !leaves && !at.is_nan();
+        let is_whole = is_inside && halves.0 + halves.1 == 1.0;
         let bend = if is_whole {
             BEND * (depth(*before) - depth(*after))
         } else {

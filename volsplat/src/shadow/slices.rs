@@ -98,6 +98,12 @@ impl<'a> Stack<'a> {
         })
     }
 
+    /// Least and greatest vertex, in the grid.
+    pub(super) fn ends(&self) -> [DVec3; 2] {
+        let VertexBox { low, high } = self.within;
+        [low, high].map(|end| DVec3::from(end.map(|at| at as f64)))
+    }
+
     /// Number of slices.
     pub(super) fn len(&self) -> usize {
         self.within.len(self.axes.along)

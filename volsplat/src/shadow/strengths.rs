@@ -3,11 +3,10 @@
 //! Sums of these means along lines of vertices are the optical depth between two vertices, of peaks that are narrower than a voxel too.
 
 use glam::DVec3;
-use rayon::prelude::*;
 use resample_core::narrow::single;
 
-use crate::bricks::cells::{CellBrick, CellField, TABLE_LEN, Table, VERTEX_SIDE};
-use crate::look::clip::{Cut, GridClip};
+use crate::bricks::cells::{TABLE_LEN, Table};
+use crate::look::clip::GridClip;
 use crate::shadow::medium::Medium;
 use crate::shadow::slices::Stack;
 
@@ -16,13 +15,13 @@ use crate::shadow::slices::Stack;
 /// 10 %.
 const SKIN: [f32; 2] = [1.5, 3.0];
 
+/// Optical depths of a step, beside a cut where all of the matter begins at once, between which the share of skin rises. At 1.6 a cut is 37 dB
+/// from its truth without skin and 29 dB with it, at 2.3 it is hatched without skin; between them it is a guess.
+const SKIN_AT_CUT: [f32; 2] = [1.6, 2.3];
+
 /// For each brick, the mean extinction around its vertices, per opacity unit, 0 where nothing is shown, whatever a clip keeps of it. `stack`
 /// is across z, and `numbers` are those at the vertices, NaN where nothing is shown.
-pub(super) fn around_vertices(
-    stack: &Stack,
-    numbers: &[Table],
-    medium: &Medium,
-) -> Vec<Table> {
+pub(super) fn around_vertices(stack: &Stack, numbers: &[Table], medium: &Medium) -> Vec<Table> {
     let mut strengths = match medium {
         Medium::Extinction => numbers.to_vec(),
         Medium::Scalars(_) => of_scalars(stack, numbers, medium),
@@ -34,38 +33,7 @@ pub(super) fn around_vertices(
     strengths
 }
 
-/// For each brick, the strengths of the matter that a clip keeps.
-pub(super) fn kept(field: &CellField, strengths: &[Table], clip: &GridClip) -> Vec<Table> {
-    let mut strengths = strengths.to_vec();
-    let bricks = strengths.par_iter_mut().zip(&field.bricks);
-    bricks.for_each(|(strengths, brick)| keep(strengths, brick, clip));
-    strengths
-}
-
-/// Scales the strengths of a brick by the share of the voxel around each vertex that a clip keeps.
-fn keep(strengths: &mut Table, brick: &CellBrick, clip: &GridClip) {
-    match clip.cut(&brick.bounds) {
-        Cut::By(0) => return,
-        Cut::Outside => return strengths.fill(0.0),
-        Cut::By(_) => {}
-    }
-    let corner = DVec3::from(brick.bounds.corner.map(f64::from));
-    for (place, strength) in strengths.iter_mut().enumerate() {
-        let at = [
-            place % VERTEX_SIDE,
-            place / VERTEX_SIDE % VERTEX_SIDE,
-            place / (VERTEX_SIDE * VERTEX_SIDE),
-        ];
-        let at = corner + DVec3::from(at.map(|n| n as f64));
-        let kept = DVec3::AXES.map(|axis| {
-            let [from, to] = clip.interval(at, axis);
-            (to.min(0.5) - from.max(-0.5)).clamp(0.0, 1.0)
-        });
-        *strength *= single((kept[0] + kept[1] + kept[2]) / 3.0);
-    }
-}
-
-/// Three neighbouring slices of scalars.
+/// Three neighbouring slices of numbers.
 struct Around<'a> {
     slices: [&'a [f32]; 3],
     sides: [usize; 2],
@@ -105,6 +73,29 @@ impl Around<'_> {
     }
 }
 
+impl Around<'_> {
+    fn own(&self, [x, y]: [usize; 2]) -> f32 {
+        self.slices[1][x + self.sides[0] * y]
+    }
+
+    /// The greatest difference from the vertices around one; NaN, where nothing is shown, counts as no difference.
+    fn difference(&self, [x, y]: [usize; 2]) -> f32 {
+        let [width, height] = self.sides;
+        let columns = x.saturating_sub(1)..(x + 2).min(width);
+        let lines = y.saturating_sub(1)..(y + 2).min(height);
+        let own = self.own([x, y]);
+        let mut most = 0.0f32;
+        for slice in self.slices {
+            for line in lines.clone() {
+                for number in &slice[line * width..][columns.clone()] {
+                    most = most.max((number - own).abs());
+                }
+            }
+        }
+        most
+    }
+}
+
 fn of_scalars(stack: &Stack, numbers: &[Table], medium: &Medium) -> Vec<Table> {
     let sides = stack.sides();
     let none = vec![f32::NAN; stack.area()];
@@ -138,7 +129,7 @@ fn of_scalars(stack: &Stack, numbers: &[Table], medium: &Medium) -> Vec<Table> {
 
 /// For each brick, how far the matter around each vertex is skin, 0 to 1: matter begins so steeply that light falls off within less than
 /// the way to a neighbour, where vertices cannot tell it. `step` is that way, opacity units.
-pub(super) fn skins(stack: &Stack, strengths: &[Table], step: f32) -> Vec<Table> {
+pub(super) fn skins(stack: &Stack, strengths: &[Table], clip: &GridClip, step: f32) -> Vec<Table> {
     let sides = stack.sides();
     let none = vec![f32::NAN; stack.area()];
     let [mut before, mut at, mut after] = [none.clone(), none.clone(), none];
@@ -151,29 +142,20 @@ pub(super) fn skins(stack: &Stack, strengths: &[Table], step: f32) -> Vec<Table>
             next if next < stack.len() => stack.fill(next, strengths, &mut after),
             _ => after.fill(f32::NAN),
         }
-        let slices = [&before, &at, &after];
-        let differs = |[x, y]: [usize; 2]| {
-            let [width, height] = sides;
-            let columns = x.saturating_sub(1)..(x + 2).min(width);
-            let lines = y.saturating_sub(1)..(y + 2).min(height);
-            let own = slices[1][x + width * y];
-            let mut most = 0.0f32;
-            for slice in slices {
-                for line in lines.clone() {
-                    for strength in &slice[line * width..][columns.clone()] {
-                        // Nothing is greater than NaN, where nothing is shown.
-                        most = most.max((strength - own).abs());
-                    }
-                }
-            }
-            most
+        let around = Around {
+            slices: [&before, &at, &after],
+            sides,
         };
         stack.change(slice, &mut skins, |brick, table| {
             for row in stack.rows(brick, slice) {
+                let mut in_grid = stack.in_grid(row, slice);
                 let [first, y] = row.first;
                 for (x, skin) in table[row.place..][..row.count].iter_mut().enumerate() {
-                    let depth = step * differs([first + x, y]);
-                    *skin = ((depth - SKIN[0]) / (SKIN[1] - SKIN[0])).clamp(0.0, 1.0);
+                    let at = [first + x, y];
+                    let of_ramp = share_of(step * around.difference(at), SKIN);
+                    let of_cut = share_of(step * around.own(at), SKIN_AT_CUT);
+                    *skin = of_ramp.max(of_cut * nearness(stack, clip, in_grid));
+                    in_grid[stack.axes.across[0]] += 1.0;
                 }
             }
         });
@@ -181,4 +163,17 @@ pub(super) fn skins(stack: &Stack, strengths: &[Table], step: f32) -> Vec<Table>
     let mut tables = vec![[0.0; TABLE_LEN]; strengths.len()];
     stack.add_to_bricks(&skins, &mut tables);
     tables
+}
+
+/// From 0 at the first depth to 1 at the second.
+fn share_of(depth: f32, [from, to]: [f32; 2]) -> f32 {
+    ((depth - from) / (to - from)).clamp(0.0, 1.0)
+}
+
+/// 1 at the two vertices beside a cut, by the clip or by a face of the box, and 0 far from it.
+fn nearness(stack: &Stack, clip: &GridClip, at: DVec3) -> f32 {
+    let [low, high] = stack.ends();
+    let distance = (at - low).min(high - at).min_element();
+    let distance = distance.min(clip.distance(at));
+    single((3.0 - distance).clamp(0.0, 1.0))
 }

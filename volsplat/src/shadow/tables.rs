@@ -17,7 +17,7 @@ use crate::shadow::medium::Medium;
 use crate::shadow::sharpen::sharpened;
 use crate::shadow::sky::Sky;
 use crate::shadow::slices::{Axes, LayerTables, Numbers, Stack};
-use crate::shadow::strengths::{around_vertices, kept, skins};
+use crate::shadow::strengths::{around_vertices, skins};
 use crate::shadow::sweep::{Matter, Met, Ray, add};
 use crate::slabs::settings::ChannelSettings;
 
@@ -148,12 +148,7 @@ impl LightTables {
         let axes = DVec3::AXES.map(|axis| caster.world_from_index.transform_vector3(axis).length());
         let spacing = axes.map(|length| single(length / caster.opacity_unit));
         let step = spacing[0].min(spacing[1]).min(spacing[2]);
-        // What is cut begins as steeply as a surface does.
-        let skins = if caster.clip.is_whole() {
-            skins(&stack, &strengths, step)
-        } else {
-            skins(&stack, &kept(field, &strengths, caster.clip), step)
-        };
+        let skins = skins(&stack, &strengths, caster.clip, step);
         let sky = Sky {
             field,
             strengths: &strengths,
