@@ -24,7 +24,7 @@ use crate::grid::{Bounds, in_unit, power_of_two};
 use crate::large::LargeVolume;
 use crate::light::GradientRamp;
 use crate::look::clip::{Clip, GridClip, bounds_in_world};
-use crate::look::options::{Blend, FieldOptions, Light, RenderOptions, Subpixels};
+use crate::look::options::{Blend, FieldOptions, Light, Occlusion, RenderOptions, Subpixels};
 use crate::look::scene::{Look, Scene};
 use crate::look::transfer::TransferFunction;
 use crate::picture::{Means, TileDepth, TileLayout, TileSlot, automatic, refined};
@@ -402,20 +402,30 @@ impl FieldPipeline {
             opacity_unit: self.options.opacity_unit_in_world(self.smallest_spacing),
             level: self.options.simd.resolve(),
         };
-        if let (Some((shadow, towards)), None) = (sun, &self.light.sun) {
-            let towards = towards.normalize_or(DVec3::Z);
-            // Inside of the pool, many small steps in parallel cost little.
-            let tables = rayon::scope(|_| LightTables::of_sun(&caster, towards, &shadow));
-            self.light.sun = Some(tables);
+        let sun = sun.filter(|_| self.light.sun.is_none());
+        let sky = sky.filter(|_| self.light.sky.is_none());
+        if sun.is_none() && sky.is_none() {
+            return Ok(());
         }
-        if let (Some(sky), None) = (sky, &self.light.sky) {
-            let radius = sky.radius.or_else(|| {
+        let radius = |sky: Occlusion| {
+            sky.radius.or_else(|| {
                 let [low, high] = self.bounds_in_world()?;
                 Some(OCCLUSION_RADIUS * (high - low).length())
+            })
+        };
+        // Inside of the pool, many small steps in parallel cost little.
+        let [of_sun, of_sky] = rayon::scope(|_| {
+            let matter = caster.matter();
+            let of_sun = sun.map(|(shadow, towards)| {
+                let towards = towards.normalize_or(DVec3::Z);
+                LightTables::of_sun(&caster, &matter, towards, &shadow)
             });
-            let tables = rayon::scope(|_| LightTables::of_sky(&caster, radius.unwrap_or(1.0)));
-            self.light.sky = Some(tables);
-        }
+            let of_sky =
+                sky.map(|sky| LightTables::of_sky(&caster, &matter, radius(sky).unwrap_or(1.0)));
+            [of_sun, of_sky]
+        });
+        let light = &mut self.light;
+        (light.sun, light.sky) = (of_sun.or(light.sun.take()), of_sky.or(light.sky.take()));
         Ok(())
     }
 

@@ -22,6 +22,13 @@ pub(super) struct Integral {
     sums: Vec<f64>,
 }
 
+/// A place in the table, entries from its first, and the integral up to it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    at: f32,
+    sum: f64,
+}
+
 /// Two places this close have the strength between them.
 const LEAST_SPAN: f32 = 1.0 / 64.0;
 
@@ -68,30 +75,48 @@ impl Integral {
         }
     }
 
-    /// The integral up to a place.
+    /// The mean extinction where the scalar goes from one to another evenly.
     #[inline(always)]
-    fn up_to(&self, place: f32) -> f64 {
-        let last = self.strengths.len() - 1;
-        let inside = place.clamp(0.0, last as f32);
-        let index = whole_place(inside).min(last);
-        let strength = f64::from(self.strengths[index]);
-        // Beyond its ends the table goes on as it ends.
-        self.sums[index] + strength * f64::from(place - index as f32)
+    fn mean(&self, from: f32, to: f32) -> f32 {
+        self.between(self.place(from), self.place(to))
+    }
+
+    /// A scalar's place in the table.
+    #[inline(always)]
+    pub(super) fn place(&self, scalar: f32) -> Place {
+        self.at(scalar * self.scale + self.shift)
+    }
+
+    /// The place half of the way between two.
+    #[inline(always)]
+    pub(super) fn middle(&self, from: Place, to: Place) -> Place {
+        self.at(0.5 * (from.at + to.at))
     }
 
     #[inline(always)]
-    fn mean(&self, from: f32, to: f32) -> f32 {
-        let (from, to) = (
-            from.mul_add(self.scale, self.shift),
-            to.mul_add(self.scale, self.shift),
-        );
-        let span = to - from;
+    fn at(&self, at: f32) -> Place {
+        let index = self.index(at);
+        let strength = f64::from(self.strengths[index]);
+        // Beyond its ends the table goes on as it ends.
+        let sum = self.sums[index] + strength * f64::from(at - index as f32);
+        Place { at, sum }
+    }
+
+    /// The mean extinction between two places.
+    #[inline(always)]
+    pub(super) fn between(&self, from: Place, to: Place) -> f32 {
+        let span = to.at - from.at;
         if span.abs() < LEAST_SPAN {
-            let last = self.strengths.len() - 1;
-            let middle = (0.5 * (from + to)).clamp(0.0, last as f32);
-            return self.strengths[whole_place(middle)];
+            return self.strengths[self.index(0.5 * (from.at + to.at))];
         }
-        single((self.up_to(to) - self.up_to(from)) / f64::from(span))
+        single((to.sum - from.sum) / f64::from(span))
+    }
+
+    /// The entry of the table that a place lies in.
+    #[inline(always)]
+    fn index(&self, place: f32) -> usize {
+        let last = self.strengths.len() - 1;
+        whole_place(place.clamp(0.0, last as f32)).min(last)
     }
 }
 

@@ -3,11 +3,12 @@
 //! Sums of these means along lines of vertices are the optical depth between two vertices, of peaks that are narrower than a voxel too.
 
 use glam::DVec3;
+use rayon::prelude::*;
 use resample_core::narrow::single;
 
 use crate::bricks::cells::{TABLE_LEN, Table};
 use crate::look::clip::GridClip;
-use crate::shadow::medium::Medium;
+use crate::shadow::medium::{Integral, Medium};
 use crate::shadow::slices::Stack;
 
 /// Differences of the optical depth of a step, from vertex to vertex, between which the share of skin rises. Up to the first the light of a
@@ -24,7 +25,7 @@ const SKIN_AT_CUT: [f32; 2] = [1.6, 2.3];
 pub(super) fn around_vertices(stack: &Stack, numbers: &[Table], medium: &Medium) -> Vec<Table> {
     let mut strengths = match medium {
         Medium::Extinction => numbers.to_vec(),
-        Medium::Scalars(_) => of_scalars(stack, numbers, medium),
+        Medium::Scalars(integral) => of_scalars(stack, numbers, integral),
     };
     for strength in strengths.as_flattened_mut() {
         // Where nothing is shown it is NaN.
@@ -33,92 +34,46 @@ pub(super) fn around_vertices(stack: &Stack, numbers: &[Table], medium: &Medium)
     strengths
 }
 
-/// Three neighbouring slices of numbers.
-struct Around<'a> {
-    slices: [&'a [f32]; 3],
-    sides: [usize; 2],
+/// The numbers of three neighbouring slices, one after another.
+struct Around {
+    /// Before, at and after; NaN where nothing is shown.
+    slices: [Vec<f32>; 3],
+    width: usize,
 }
 
-impl Around<'_> {
-    /// The mean over the halves of the ways from a vertex to its neighbours; NaN where no neighbour is shown.
-    fn mean(&self, [x, y]: [usize; 2], medium: &Medium) -> f32 {
-        let [width, height] = self.sides;
-        let [before, at, after] = self.slices;
-        let place = x + width * y;
-        let own = at[place];
-        let neighbours = [
-            before[place],
-            after[place],
-            if x > 0 { at[place - 1] } else { f32::NAN },
-            if x + 1 < width {
-                at[place + 1]
-            } else {
-                f32::NAN
-            },
-            if y > 0 { at[place - width] } else { f32::NAN },
-            if y + 1 < height {
-                at[place + width]
-            } else {
-                f32::NAN
-            },
-        ];
-        let (mut sum, mut count) = (0.0, 0.0);
-        for neighbour in neighbours {
-            if !neighbour.is_nan() {
-                sum += medium.mean(own, 0.5 * (own + neighbour));
-                count += 1.0;
-            }
-        }
-        sum / count
-    }
-}
-
-impl Around<'_> {
-    fn own(&self, [x, y]: [usize; 2]) -> f32 {
-        self.slices[1][x + self.sides[0] * y]
+impl Around {
+    fn new(stack: &Stack, numbers: &[Table]) -> Self {
+        let none = || vec![f32::NAN; stack.area()];
+        let mut slices = [none(), none(), none()];
+        stack.fill(0, numbers, &mut slices[2]);
+        let width = stack.sides()[0];
+        Self { slices, width }
     }
 
-    /// The greatest difference from the vertices around one; NaN, where nothing is shown, counts as no difference.
-    fn difference(&self, [x, y]: [usize; 2]) -> f32 {
-        let [width, height] = self.sides;
-        let columns = x.saturating_sub(1)..(x + 2).min(width);
-        let lines = y.saturating_sub(1)..(y + 2).min(height);
-        let own = self.own([x, y]);
-        let mut most = 0.0f32;
-        for slice in self.slices {
-            for line in lines.clone() {
-                for number in &slice[line * width..][columns.clone()] {
-                    most = most.max((number - own).abs());
-                }
-            }
-        }
-        most
-    }
-}
-
-fn of_scalars(stack: &Stack, numbers: &[Table], medium: &Medium) -> Vec<Table> {
-    let sides = stack.sides();
-    let none = vec![f32::NAN; stack.area()];
-    let [mut before, mut at, mut after] = [none.clone(), none.clone(), none];
-    let mut means = stack.tables();
-    stack.fill(0, numbers, &mut after);
-    for slice in 0..stack.len() {
-        std::mem::swap(&mut before, &mut at);
-        std::mem::swap(&mut at, &mut after);
+    /// Goes on to a slice.
+    fn advance(&mut self, stack: &Stack, slice: usize, numbers: &[Table]) {
+        self.slices.rotate_left(1);
         match slice + 1 {
-            next if next < stack.len() => stack.fill(next, numbers, &mut after),
-            _ => after.fill(f32::NAN),
+            next if next < stack.len() => stack.fill(next, numbers, &mut self.slices[2]),
+            _ => self.slices[2].fill(f32::NAN),
         }
-        let around = Around {
-            slices: [&before, &at, &after],
-            sides,
-        };
+    }
+}
+
+fn of_scalars(stack: &Stack, numbers: &[Table], integral: &Integral) -> Vec<Table> {
+    let mut means = stack.tables();
+    let mut around = Around::new(stack, numbers);
+    let width = around.width;
+    let mut of_slice = vec![0.0; stack.area()];
+    for slice in 0..stack.len() {
+        around.advance(stack, slice, numbers);
+        let rows = of_slice.par_chunks_mut(width).enumerate();
+        rows.for_each(|(y, means)| means_of_row(integral, &around, y, means));
         stack.change(slice, &mut means, |brick, table| {
             for row in stack.rows(brick, slice) {
                 let [first, y] = row.first;
-                for (x, mean) in table[row.place..][..row.count].iter_mut().enumerate() {
-                    *mean = around.mean([first + x, y], medium);
-                }
+                let means = &of_slice[first + width * y..][..row.count];
+                table[row.place..][..row.count].copy_from_slice(means);
             }
         });
     }
@@ -127,34 +82,75 @@ fn of_scalars(stack: &Stack, numbers: &[Table], medium: &Medium) -> Vec<Table> {
     tables
 }
 
+/// The means over the halves of the ways from the vertices of a row to their neighbours; 0 where no neighbour is shown.
+fn means_of_row(integral: &Integral, around: &Around, y: usize, means: &mut [f32]) {
+    let width = around.width;
+    let [before, at, after] = &around.slices;
+    let row_of = |y: usize| y * width..(y + 1) * width;
+    let row = &at[y * width..][..width];
+    let beside = [
+        before.get(row_of(y)),
+        after.get(row_of(y)),
+        y.checked_sub(1).and_then(|y| at.get(row_of(y))),
+        at.get(row_of(y + 1)),
+    ];
+    // The way to the vertex before, which its own turn has found.
+    let mut from_last: Option<f32> = None;
+    for (x, mean) in means.iter_mut().enumerate() {
+        let own = row[x];
+        *mean = 0.0;
+        if own.is_nan() {
+            from_last = None;
+            continue;
+        }
+        let own = integral.place(own);
+        let (mut sum, mut count) = match from_last {
+            Some(mean) => (mean, 1.0),
+            None => (0.0, 0.0),
+        };
+        let neighbours = beside.iter().flatten().map(|line| line[x]);
+        for neighbour in neighbours.filter(|neighbour| !neighbour.is_nan()) {
+            let half = integral.middle(own, integral.place(neighbour));
+            sum += integral.between(own, half);
+            count += 1.0;
+        }
+        from_last = None;
+        if let Some(next) = row.get(x + 1).filter(|next| !next.is_nan()) {
+            let next = integral.place(*next);
+            let half = integral.middle(own, next);
+            sum += integral.between(own, half);
+            count += 1.0;
+            from_last = Some(integral.between(next, half));
+        }
+        if count > 0.0 {
+            *mean = sum / count;
+        }
+    }
+}
+
 /// For each brick, how far the matter around each vertex is skin, 0 to 1: matter begins so steeply that light falls off within less than
 /// the way to a neighbour, where vertices cannot tell it. `step` is that way, opacity units.
 pub(super) fn skins(stack: &Stack, strengths: &[Table], clip: &GridClip, step: f32) -> Vec<Table> {
-    let sides = stack.sides();
-    let none = vec![f32::NAN; stack.area()];
-    let [mut before, mut at, mut after] = [none.clone(), none.clone(), none];
     let mut skins = stack.tables();
-    stack.fill(0, strengths, &mut after);
+    let mut around = Around::new(stack, strengths);
+    let mut extremes = Extremes::new(stack.area());
+    extremes.take(&around);
     for slice in 0..stack.len() {
-        std::mem::swap(&mut before, &mut at);
-        std::mem::swap(&mut at, &mut after);
-        match slice + 1 {
-            next if next < stack.len() => stack.fill(next, strengths, &mut after),
-            _ => after.fill(f32::NAN),
-        }
-        let around = Around {
-            slices: [&before, &at, &after],
-            sides,
-        };
+        around.advance(stack, slice, strengths);
+        extremes.take(&around);
+        let width = around.width;
         stack.change(slice, &mut skins, |brick, table| {
             for row in stack.rows(brick, slice) {
                 let mut in_grid = stack.in_grid(row, slice);
-                let [first, y] = row.first;
+                let first = row.first[0] + width * row.first[1];
                 for (x, skin) in table[row.place..][..row.count].iter_mut().enumerate() {
-                    let at = [first + x, y];
-                    let of_ramp = share_of(step * around.difference(at), SKIN);
-                    let of_cut = share_of(step * around.own(at), SKIN_AT_CUT);
-                    *skin = of_ramp.max(of_cut * nearness(stack, clip, in_grid));
+                    let own = around.slices[1][first + x];
+                    let difference = extremes.difference(first + x, own);
+                    *skin = share_of(step * difference, SKIN);
+                    let of_cut = share_of(step * own, SKIN_AT_CUT);
+                    if of_cut > *skin {
+                        *skin = skin.max(of_cut * nearness(stack, clip, in_grid));
+                    }
                     in_grid[stack.axes.across[0]] += 1.0;
                 }
             }
@@ -163,6 +159,66 @@ pub(super) fn skins(stack: &Stack, strengths: &[Table], clip: &GridClip, step: f
     let mut tables = vec![[0.0; TABLE_LEN]; strengths.len()];
     stack.add_to_bricks(&skins, &mut tables);
     tables
+}
+
+/// The least and the greatest number around each place of three neighbouring slices, one step to each side within its slice.
+struct Extremes {
+    least: [Vec<f32>; 3],
+    greatest: [Vec<f32>; 3],
+}
+
+impl Extremes {
+    fn new(area: usize) -> Self {
+        let none = || vec![f32::NAN; area];
+        Self {
+            least: [none(), none(), none()],
+            greatest: [none(), none(), none()],
+        }
+    }
+
+    /// Goes on to the slice that comes next.
+    fn take(&mut self, around: &Around) {
+        self.least.rotate_left(1);
+        self.greatest.rotate_left(1);
+        let (numbers, width) = (&around.slices[2][..], around.width);
+        spread(numbers, width, f32::min, &mut self.least[2]);
+        spread(numbers, width, f32::max, &mut self.greatest[2]);
+    }
+
+    /// The greatest difference of a place's number from those around it; NaN, where nothing is shown, counts as no difference.
+    fn difference(&self, place: usize, own: f32) -> f32 {
+        let of = |slices: &[Vec<f32>; 3]| [0, 1, 2].map(|slice: usize| slices[slice][place]);
+        let ([a, b, c], [d, e, f]) = (of(&self.least), of(&self.greatest));
+        let (least, greatest) = (a.min(b).min(c), d.max(e).max(f));
+        (own - least).max(greatest - own).max(0.0)
+    }
+}
+
+/// Takes the least or the greatest of each number and its neighbours in a slice.
+fn spread(
+    numbers: &[f32],
+    width: usize,
+    choose: impl Fn(f32, f32) -> f32 + Sync,
+    result: &mut [f32],
+) {
+    let rows = result.par_chunks_mut(width).enumerate();
+    rows.for_each(|(y, result)| {
+        let row = |y: usize| numbers.get(y * width..(y + 1) * width);
+        let mut of_column = numbers[y * width..][..width].to_vec();
+        let rows = [y.checked_sub(1).and_then(row), row(y + 1)];
+        for row in rows.into_iter().flatten() {
+            for (number, beside) in of_column.iter_mut().zip(row) {
+                *number = choose(*number, *beside);
+            }
+        }
+        result.copy_from_slice(&of_column);
+        for (number, before) in result[1..].iter_mut().zip(&of_column) {
+            *number = choose(*number, *before);
+        }
+        for (number, after) in result.iter_mut().zip(&of_column[1..]) {
+            *number = choose(*number, *after);
+        }
+    });
 }
 
 /// From 0 at the first depth to 1 at the second.

@@ -200,17 +200,19 @@ impl Met {
     }
 }
 
-/// The matter that takes light.
-pub(super) struct Matter<'a> {
+/// The matter in the way of light.
+pub(super) struct Blocking<'a> {
     /// For each brick, the numbers at its vertices.
     pub(super) numbers: &'a [Table],
     pub(super) medium: &'a Medium,
+    /// How far the matter around them is skin.
+    pub(super) skins: &'a [Table],
     pub(super) clip: &'a GridClip,
 }
 
 /// Adds the transmittance towards the light to each vertex of the bricks, times a weight, and returns the light of all columns.
 pub(super) fn add(
-    matter: &Matter,
+    matter: &Blocking,
     (ray, stack): (&Ray, &Stack),
     (tables, weight): (&mut LayerTables, f32),
 ) -> Met {
@@ -221,7 +223,9 @@ pub(super) fn add(
     let mut depth = vec![0.0f32; width * height];
     let mut before = vec![f32::NAN; width * height];
     let mut root = vec![1.0f32; width * height];
+    let mut earlier = root.clone();
     let area = stack.area();
+    let mut skins = vec![0.0; area];
     let mut slice = Slice {
         width: stack.sides()[0],
         numbers: vec![f32::NAN; area],
@@ -232,6 +236,8 @@ pub(super) fn add(
         let at = columns.slice(number);
         std::mem::swap(&mut last, &mut slice);
         stack.fill(at, matter.numbers, &mut slice.numbers);
+        stack.fill(at, matter.skins, &mut skins);
+        earlier.copy_from_slice(&root);
         for step in 1..=STEPS {
             let share = step as f32 / STEPS as f32;
             let slices = (number as f32 - 1.0 + share).max(0.0);
@@ -252,7 +258,8 @@ pub(super) fn add(
                     columns.advance(row, y, &between, (matter.medium, kept, slices));
                 });
         }
-        columns.to_vertices(&root, columns.offset(number as f64), light.next());
+        let offset = columns.offset(number as f64);
+        columns.to_vertices([&root, &earlier], offset, (light.next(), &skins));
         if let Some(before) = number.checked_sub(1) {
             let roots = light.sharpened(slice.width);
             add_slice(stack, columns.slice(before), &roots, (tables, weight));
@@ -320,8 +327,14 @@ impl Columns {
         }
     }
 
-    /// The square root of the transmittance at the vertices of a slice, between the columns around each.
-    fn to_vertices(&self, root: &[f32], offset: Offset, vertices: &mut [f32]) {
+    /// The square root of the transmittance at the vertices of a slice, between the columns around each; of skin, by the light one slice
+    /// earlier.
+    fn to_vertices(
+        &self,
+        [root, earlier]: [&[f32]; 2],
+        offset: Offset,
+        (vertices, skins): (&mut [f32], &[f32]),
+    ) {
         // The column at the first vertex, or before it where columns stand beside vertices, and how far on the vertex is.
         let place = |side: usize| {
             let back = i64::from(offset.share[side] > 0.0);
@@ -337,17 +350,34 @@ impl Columns {
         let width = self.within.len(self.axes.across[0]);
         let lines = vertices.par_chunks_mut(width).enumerate();
         lines.for_each(|(line, vertices)| {
-            let of = |y: usize| &root[x + y * self.count[0]..][..width + next_x];
-            let (near, far) = (of(y + line), of(y + line + next_y));
-            for (number, vertex) in vertices.iter_mut().enumerate() {
+            let skins = &skins[line * width..][..width];
+            let rows = [root, earlier].map(|root| {
+                [line, line + next_y].map(|y_row| {
+                    let first = x + (y + y_row) * self.count[0];
+                    &root[first..][..width + next_x]
+                })
+            });
+            let at = |[near, far]: [&[f32]; 2], number: usize| {
                 let mix =
                     |line: &[f32]| line[number] + share_x * (line[number + next_x] - line[number]);
                 let (a, b) = (mix(near), mix(far));
-                *vertex = a + share_y * (b - a);
+                a + share_y * (b - a)
+            };
+            for (number, vertex) in vertices.iter_mut().enumerate() {
+                *vertex = at(rows[0], number);
+                let skin = skins[number];
+                // It is NaN where nothing is shown.
+                if skin > 0.0 {
+                    let of_skin = SKIN_ROOT * at(rows[1], number);
+                    *vertex += skin * (of_skin - *vertex);
+                }
             }
         });
     }
 }
+
+/// The mean transmittance of an opaque surface is 1/2 over the light that it takes; a skin has its square root.
+const SKIN_ROOT: f32 = std::f32::consts::FRAC_1_SQRT_2;
 
 /// The light at the vertices of three slices, one after another.
 struct LightSlices {

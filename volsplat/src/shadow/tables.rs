@@ -18,7 +18,7 @@ use crate::shadow::sharpen::sharpened;
 use crate::shadow::sky::Sky;
 use crate::shadow::slices::{Axes, LayerTables, Numbers, Stack};
 use crate::shadow::strengths::{around_vertices, skins};
-use crate::shadow::sweep::{Matter, Met, Ray, add};
+use crate::shadow::sweep::{Blocking, Met, Ray, add};
 use crate::slabs::settings::ChannelSettings;
 
 /// Directions over the disc of a light that has a size.
@@ -80,7 +80,48 @@ pub(crate) struct Caster<'a> {
     pub(crate) level: Vectors,
 }
 
-impl Caster<'_> {
+/// The matter of a field.
+pub(crate) struct Matter<'a> {
+    /// The slices across z; `None` where there is no brick.
+    stack: Option<Stack<'a>>,
+    /// For each brick, the numbers at its vertices.
+    numbers: Vec<Table>,
+    /// How they become extinction.
+    medium: Medium,
+    /// For each brick, the mean extinction around its vertices, per opacity unit.
+    strengths: Vec<Table>,
+    /// For each brick, how far the matter around its vertices is skin.
+    skins: Vec<Table>,
+}
+
+impl<'a> Caster<'a> {
+    /// From a vertex to the next along each axis, opacity units.
+    fn spacing(&self) -> [f32; 3] {
+        let axis = |axis| self.world_from_index.transform_vector3(axis).length();
+        DVec3::AXES.map(|along| single(axis(along) / self.opacity_unit))
+    }
+
+    /// The matter that takes light.
+    pub(crate) fn matter(&self) -> Matter<'a> {
+        let (numbers, medium) = self.numbers();
+        let stack = Stack::new(self.field, Axes::across(2));
+        let [x, y, z] = self.spacing();
+        let step = x.min(y).min(z);
+        let found = stack.as_ref().map(|stack| {
+            let strengths = around_vertices(stack, &numbers, &medium);
+            let skins = skins(stack, &strengths, self.clip, step);
+            (strengths, skins)
+        });
+        let (strengths, skins) = found.unwrap_or_default();
+        Matter {
+            stack,
+            numbers,
+            medium,
+            strengths,
+            skins,
+        }
+    }
+
     /// The numbers at the vertices of the bricks, and how they become extinction.
     fn numbers(&self) -> (Vec<Table>, Medium) {
         let medium = Medium::new(self.channels, self.ramp.is_some());
@@ -98,12 +139,17 @@ impl Caster<'_> {
 
 impl LightTables {
     /// The light from around the unit direction `towards`, which points towards it in the world.
-    pub(crate) fn of_sun(caster: &Caster, towards: DVec3, shadow: &Shadow) -> Self {
+    pub(crate) fn of_sun(
+        caster: &Caster,
+        matter: &Matter,
+        towards: DVec3,
+        shadow: &Shadow,
+    ) -> Self {
         let field = caster.field;
-        let (numbers, medium) = caster.numbers();
-        let matter = Matter {
-            numbers: &numbers,
-            medium: &medium,
+        let blocking = Blocking {
+            numbers: &matter.numbers,
+            medium: &matter.medium,
+            skins: &matter.skins,
             clip: caster.clip,
         };
         let index_from_world = caster.world_from_index.matrix3.inverse();
@@ -121,7 +167,7 @@ impl LightTables {
                 });
             }
             if let Some((stack, tables)) = of_axis {
-                met.add(add(&matter, (&ray, stack), (tables, weight)));
+                met.add(add(&blocking, (&ray, stack), (tables, weight)));
             }
         }
         let mut shares = vec![[0.0f32; TABLE_LEN]; field.bricks.len()];
@@ -135,38 +181,32 @@ impl LightTables {
     }
 
     /// The light of the sky, up to a radius in world units.
-    pub(crate) fn of_sky(caster: &Caster, radius: f64) -> Self {
+    pub(crate) fn of_sky(caster: &Caster, matter: &Matter, radius: f64) -> Self {
         let field = caster.field;
-        let Some(stack) = Stack::new(field, Axes::across(2)) else {
+        let Some(stack) = &matter.stack else {
             return Self {
                 faces: Vec::new(),
                 gain: 1.0,
             };
         };
-        let (numbers, medium) = caster.numbers();
-        let strengths = around_vertices(&stack, &numbers, &medium);
-        let axes = DVec3::AXES.map(|axis| caster.world_from_index.transform_vector3(axis).length());
-        let spacing = axes.map(|length| single(length / caster.opacity_unit));
-        let step = spacing[0].min(spacing[1]).min(spacing[2]);
-        let skins = skins(&stack, &strengths, caster.clip, step);
         let sky = Sky {
             field,
-            strengths: &strengths,
-            skins: &skins,
+            strengths: &matter.strengths,
+            skins: &matter.skins,
             clip: caster.clip,
             world_from_grid: caster.world_from_index.matrix3,
             radius,
             opacity_unit: caster.opacity_unit,
             level: caster.level,
         };
-        let shares = sharpened(&stack, &sky.shares());
+        let shares = sharpened(stack, &sky.shares());
         let seen = Lit {
             field,
-            numbers: &numbers,
-            medium: &medium,
+            numbers: &matter.numbers,
+            medium: &matter.medium,
             clip: caster.clip,
             shares: &shares,
-            spacing,
+            spacing: caster.spacing(),
         }
         .mean_seen();
         Self {
