@@ -4,9 +4,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 use resample_core::narrow::{count, whole};
 
-use crate::bricks::cells::{CELL_SIDE, CellField, Table, vertex};
+use crate::bricks::cells::{CellField, Table};
 use crate::look::clip::GridClip;
 use crate::shadow::medium::Medium;
+use crate::shadow::places::Places;
 use crate::shadow::slices::VertexBox;
 
 /// Most rays along a side of a view. So few that a view costs little; the mean of six views of 64 x 64 rays is known to about 0.3 %.
@@ -18,52 +19,10 @@ const GOLDEN: f32 = 0.618_034;
 /// Parts of the way between two vertices: light and matter change steeply in surfaces.
 const PARTS: usize = 8;
 
-/// The bricks of a field by their place.
-struct Places {
-    /// Bricks along each axis.
-    dims: [usize; 3],
-    /// Number of the brick at each place and 1 more, 0 where there is none.
-    numbers: Vec<usize>,
-}
-
-impl Places {
-    fn new(field: &CellField, within: &VertexBox) -> Self {
-        let dims = within.high.map(|high| high / CELL_SIDE + 1);
-        let mut places = Self {
-            dims,
-            numbers: vec![0; dims.iter().product()],
-        };
-        for (number, brick) in field.bricks.iter().enumerate() {
-            let at = brick
-                .bounds
-                .corner
-                .map(|corner| corner as usize / CELL_SIDE);
-            let place = places.place(at);
-            places.numbers[place] = number + 1;
-        }
-        places
-    }
-
-    fn place(&self, [x, y, z]: [usize; 3]) -> usize {
-        x + self.dims[0] * (y + self.dims[1] * z)
-    }
-
-    /// The brick and the place in its table of a vertex; `None` where nothing is shown.
-    fn of_vertex(&self, field: &CellField, at: [usize; 3]) -> Option<[usize; 2]> {
-        let number = self.numbers[self.place(at.map(|at| at / CELL_SIDE))].checked_sub(1)?;
-        let local = at.map(|at| at % CELL_SIDE);
-        let [least, greatest] = field.bricks[number]
-            .bounds
-            .range()
-            .map(|end| end.map(usize::from));
-        let is_inside = (0..3).all(|axis| (least[axis]..=greatest[axis]).contains(&local[axis]));
-        is_inside.then(|| [number, vertex(local[0], local[1], local[2])])
-    }
-}
-
 /// The matter that is seen, and the light on it.
 pub(super) struct Lit<'a> {
     pub(super) field: &'a CellField,
+    pub(super) places: &'a Places,
     /// For each brick, the numbers at its vertices.
     pub(super) numbers: &'a [Table],
     pub(super) medium: &'a Medium,
@@ -80,7 +39,6 @@ impl Lit<'_> {
         let Some(within) = VertexBox::of(self.field) else {
             return 1.0;
         };
-        let places = Places::new(self.field, &within);
         let mut sum = Seen::default();
         for along in 0..3 {
             let sides = [1, 2].map(|side| within.len((along + side) % 3));
@@ -97,7 +55,7 @@ impl Lit<'_> {
                     first[(along + 1 + side) % 3] += vertex;
                     share[side] = at - vertex as f32;
                 }
-                self.both_ways(&places, &within, (first, along), share)
+                self.both_ways(&within, (first, along), share)
             };
             let seen: Vec<Seen> = (0..rays[0] * rays[1]).into_par_iter().map(of_ray).collect();
             // Pixels are as large in each view.
@@ -121,14 +79,13 @@ impl Lit<'_> {
     /// A ray along an axis, and the one that comes back.
     fn both_ways(
         &self,
-        places: &Places,
         within: &VertexBox,
         (first, along): ([usize; 3], usize),
         share: [f32; 2],
     ) -> Seen {
         let across = [1, 2].map(|side| (along + side) % 3);
         let at_vertex = |at: [usize; 3]| {
-            let found = places.of_vertex(self.field, at);
+            let found = self.places.of_vertex(self.field, at);
             found.map_or([f32::NAN; 2], |[brick, place]| {
                 let root = self.shares[brick][place].sqrt();
                 [self.numbers[brick][place], root]

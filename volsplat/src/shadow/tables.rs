@@ -14,6 +14,7 @@ use crate::look::clip::GridClip;
 use crate::look::options::Shadow;
 use crate::shadow::brightness::Lit;
 use crate::shadow::medium::Medium;
+use crate::shadow::places::Places;
 use crate::shadow::sharpen::sharpened;
 use crate::shadow::sky::Sky;
 use crate::shadow::slices::{Axes, LayerTables, Numbers, Stack};
@@ -202,6 +203,7 @@ impl LightTables {
         let shares = sharpened(stack, &sky.shares());
         let seen = Lit {
             field,
+            places: &Places::new(field),
             numbers: &matter.numbers,
             medium: &matter.medium,
             clip: caster.clip,
