@@ -185,6 +185,8 @@ fn every_view_option_gives_a_picture() {
         "--slab 1 --subpixels auto",
         "--shade phong --light 1,2,-3",
         "--light 1,2,-3 --shadows --light-size 5",
+        "--occlusion",
+        "--occlusion 2.5 --light 1,2,-3 --shadows",
         "--shade lambert --projection orthographic",
         "--shade phong --order every-sample",
         "--shade lambert --order axis-sheets --gradient-opacity 0,5",
@@ -265,7 +267,8 @@ fn demo_needs_no_file() {
     let output = bench.run("demo --size 32x32 -o out/demo");
     assert_good(&output);
     let page = fs::read_to_string(bench.path("out/demo/index.html")).expect("a page");
-    assert_eq!(page.matches("<section>").count(), 5, "{page}");
+    assert_eq!(page.matches("<section>").count(), 6, "{page}");
+    // Of shadow and occlusion no error is measured.
     assert_eq!(page.matches(" dB</figcaption>").count(), 10, "{page}");
     // Each command draws its picture again.
     for line in page.split("<pre>").skip(1) {

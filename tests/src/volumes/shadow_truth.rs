@@ -95,7 +95,8 @@ impl<'a> ShadowTruth<'a> {
         truth
     }
 
-    /// The mean of the sky's light over what views along both directions of the axes see, with a ray for each two voxels along the sides.
+    /// The mean of the sky's light over what views along both directions of the axes see, weighted by luminance, with a ray for each two voxels
+    /// along the sides.
     fn mean_sky(&self) -> f64 {
         let last = last(self.volume);
         let rays_of = |side: usize| {
@@ -118,19 +119,22 @@ impl<'a> ShadowTruth<'a> {
         };
         let rays: Vec<(DVec3, DVec3)> = (0..6).flat_map(rays_of).collect();
         let seen = rays.into_par_iter().map(|(from, towards)| {
-            let (mut light, mut left) = (0.0, 1.0);
+            let (mut light, mut bright, mut left) = (0.0, 0.0, 1.0);
             for step in 0..code32(last.max_element() * STEPS) {
                 let at = from + (f64::from(step) + 0.5) / STEPS * towards;
                 let opacity = -(-self.strength(at) / STEPS).exp_m1();
                 if opacity > 0.0 {
-                    light += left * opacity * self.of_sky(at);
+                    let colour = self.transfer.colour(self.scalar(at)).map(f64::from);
+                    let luminance = DVec3::new(0.2126, 0.7152, 0.0722).dot(colour.into());
+                    bright += left * opacity * luminance;
+                    light += left * opacity * luminance * self.of_sky(at);
                     left *= 1.0 - opacity;
                 }
                 if left < 1e-3 {
                     break;
                 }
             }
-            [light, 1.0 - left]
+            [light, bright]
         });
         let (mut light, mut opacity) = (0.0, 0.0);
         for [own_light, own_opacity] in seen.collect::<Vec<_>>() {

@@ -9,7 +9,7 @@ use resample_tests::volumes::scenes::{perspective, transfer, volume};
 use resample_tests::volumes::shadow_truth::{ShadowTruth, Sky};
 use volsplat::{
     Blend, Channel, Clip, ClipPlane, FieldOptions, Light, Look, Occlusion, Order, RenderOptions,
-    Renderer, Reuse, Scene, Shadow, TransferFunction, Volume,
+    Renderer, Reuse, Scene, Shading, Shadow, TransferFunction, Volume,
 };
 
 /// Towards the light.
@@ -92,7 +92,7 @@ fn occlusion_is_that_of_its_truth() {
     let whole = |_| true;
     for (name, volume, look, least_db) in [
         ("ball", ball(), solid(), 38.0),
-        ("vessels", vessels(), solid(), 41.0),
+        ("vessels", vessels(), solid(), 40.0),
         ("fog", fog(), thin(), 58.0),
         ("shells", shells(), peaks(), 37.0),
     ] {
@@ -332,6 +332,37 @@ fn opacity_is_that_without_shadows_and_lit_places_keep_their_brightness() {
     // In shadow the ambient light is left.
     assert!((at(0.0) - 0.3).abs() < 0.05, "darkest {}", at(0.0));
     assert!((0.8..1.4).contains(&at(0.6)), "lit {}", at(0.6));
+}
+
+#[test]
+fn occlusion_keeps_the_brightness_of_pictures() {
+    for (name, volume, look) in [
+        ("ball", ball(), solid()),
+        ("vessels", vessels(), solid()),
+        ("fog", fog(), thin()),
+        ("shells", shells(), peaks()),
+    ] {
+        for shading in [Shading::None, Shading::Lambert] {
+            let plain = RenderOptions {
+                shading,
+                light: Light::Headlight,
+                ..RenderOptions::default()
+            };
+            let occluded = RenderOptions {
+                occlusion: Some(Occlusion::default()),
+                ..plain.clone()
+            };
+            let [before, after] = [&plain, &occluded].map(|options| {
+                let picture = drawn(&volume, &look, options);
+                let light = |pixel: &[f32; 4]| f64::from(pixel[0] + pixel[1] + pixel[2]);
+                picture.rgba.iter().map(light).sum::<f64>()
+            });
+            let ratio = after / before;
+            eprintln!("{name} {shading:?}: {ratio:.3}");
+            // The six views whose mean is held are not this one; fourteen scans had 0.96 to 1.21.
+            assert!((0.8..1.25).contains(&ratio), "{name} {shading:?}: {ratio}");
+        }
+    }
 }
 
 #[test]

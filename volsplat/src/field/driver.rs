@@ -24,10 +24,13 @@ use crate::grid::{Bounds, in_unit, power_of_two};
 use crate::large::LargeVolume;
 use crate::light::GradientRamp;
 use crate::look::clip::{Clip, GridClip, bounds_in_world};
-use crate::look::options::{Blend, FieldOptions, Light, Occlusion, RenderOptions, Subpixels};
+use crate::look::options::{
+    Blend, FieldOptions, Light, Occlusion, RenderOptions, Shading, Subpixels,
+};
 use crate::look::scene::{Look, Scene};
 use crate::look::transfer::TransferFunction;
 use crate::picture::{Means, TileDepth, TileLayout, TileSlot, automatic, refined};
+use crate::shadow::brightness::Falls;
 use crate::shadow::tables::{Caster, LightTables, Reaching};
 use crate::slabs::settings::{
     Anchor, ChannelSettings, KernelReach, Reading, SheetSettings, Slabs, channels, check,
@@ -400,6 +403,12 @@ impl FieldPipeline {
             world_from_index: &self.world_from_index,
             length: self.length,
             opacity_unit: self.options.opacity_unit_in_world(self.smallest_spacing),
+            // Beside shadows the sky dims ambient light alone.
+            sky_falls: if sun.is_some() || self.options.shading == Shading::None {
+                Falls::Evenly
+            } else {
+                Falls::FromEye
+            },
             level: self.options.simd.resolve(),
         };
         let sun = sun.filter(|_| self.light.sun.is_none());
@@ -437,7 +446,13 @@ impl FieldPipeline {
         if self.options.shadow != options.shadow || self.options.light != options.light {
             self.light.sun = None;
         }
-        if self.options.occlusion != options.occlusion {
+        let of_sky = |options: &RenderOptions| {
+            let RenderOptions {
+                occlusion, shading, ..
+            } = options;
+            (*occlusion, *shading, options.shadow.is_some())
+        };
+        if of_sky(&self.options) != of_sky(options) {
             self.light.sky = None;
         }
         self.options = options.clone();

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use resample_core::light::{AMBIENT, DIFFUSE};
 use resample_core::narrow::{count, whole};
 
 use crate::bricks::cells::{CellField, Table};
@@ -9,6 +10,7 @@ use crate::look::clip::GridClip;
 use crate::shadow::medium::Medium;
 use crate::shadow::places::Places;
 use crate::shadow::slices::VertexBox;
+use crate::slabs::table::TransferTable;
 
 /// Most rays along a side of a view. So few that a view costs little; the mean of six views of 64 x 64 rays is known to about 0.3 %.
 const MOST_RAYS: usize = 64;
@@ -19,6 +21,15 @@ const GOLDEN: f32 = 0.618_034;
 /// Parts of the way between two vertices: light and matter change steeply in surfaces.
 const PARTS: usize = 8;
 
+/// How the light falls that the sky's share dims.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Falls {
+    /// Alike on all surfaces.
+    Evenly,
+    /// From the eye: less on surfaces that are seen from the side.
+    FromEye,
+}
+
 /// The matter that is seen, and the light on it.
 pub(super) struct Lit<'a> {
     pub(super) field: &'a CellField,
@@ -26,6 +37,9 @@ pub(super) struct Lit<'a> {
     /// For each brick, the numbers at its vertices.
     pub(super) numbers: &'a [Table],
     pub(super) medium: &'a Medium,
+    /// The colours of the numbers, where they are scalars.
+    pub(super) colours: Option<&'a TransferTable>,
+    pub(super) falls: Falls,
     pub(super) clip: &'a GridClip,
     /// For each brick, the share of light at its vertices.
     pub(super) shares: &'a [Table],
@@ -34,7 +48,8 @@ pub(super) struct Lit<'a> {
 }
 
 impl Lit<'_> {
-    /// The mean share over what six views see, in which each place counts as it does in their pictures; 1 where nothing is seen.
+    /// The mean share over what six views see, in which each place counts by its opacity and its brightness, as it does in their pictures; 1
+    /// where nothing is seen.
     pub(super) fn mean_seen(&self) -> f64 {
         let Some(within) = VertexBox::of(self.field) else {
             return 1.0;
@@ -101,13 +116,20 @@ impl Lit<'_> {
                 }
                 at_vertex(at)
             });
-            [0, 1].map(|part| {
-                let mix = |from: f32, to: f32, share: f32| from + share * (to - from);
+            let mix = |from: f32, to: f32, share: f32| from + share * (to - from);
+            let [number, root] = [0, 1].map(|part: usize| {
                 let [a, b, c, d] = corners.map(|corner| corner[part]);
                 mix(mix(a, b, share[0]), mix(c, d, share[0]), share[1])
-            })
+            });
+            let [a, b, c, d] = corners.map(|corner| corner[0]);
+            let slopes = [mix(b - a, d - c, share[1]), mix(c - a, d - b, share[0])];
+            Vertex {
+                number,
+                root,
+                slopes: [0, 1].map(|side| slopes[side] / self.spacing[across[side]]),
+            }
         };
-        let vertices: Vec<[f32; 2]> = (0..within.len(along)).map(between).collect();
+        let vertices: Vec<Vertex> = (0..within.len(along)).map(between).collect();
         let mut origin = DVec3::from(first.map(|at| at as f64));
         for side in 0..2 {
             origin[across[side]] += f64::from(share[side]);
@@ -118,10 +140,11 @@ impl Lit<'_> {
         let mut seen = Seen::default();
         let mut parts = Vec::new();
         for (number, ends) in vertices.windows(2).enumerate() {
-            let [[from, root_from], [to, root_to]] = [ends[0], ends[1]];
+            let (from, to) = (ends[0].number, ends[1].number);
             if from.is_nan() || to.is_nan() {
                 continue;
             }
+            let lit = self.lit(ends, length);
             for part in 0..PARTS {
                 let share = |part: usize| part as f32 / PARTS as f32;
                 let at = |part: usize| from + share(part) * (to - from);
@@ -131,8 +154,9 @@ impl Lit<'_> {
                 }
                 let depth = self.medium.mean(at(part), at(part + 1)) * length * share(1);
                 if depth > 0.0 {
-                    let root = root_from + middle * (root_to - root_from);
-                    parts.push([depth, root * root].map(f64::from));
+                    let root = ends[0].root + middle * (ends[1].root - ends[0].root);
+                    let brightness = lit * self.luminance(from + middle * (to - from));
+                    parts.push([depth, root * root, brightness].map(f64::from));
                 }
             }
         }
@@ -140,24 +164,58 @@ impl Lit<'_> {
         seen.add_ray(parts.iter().rev());
         seen
     }
+
+    /// The light on the matter between two vertices of a ray.
+    fn lit(&self, ends: &[Vertex], length: f32) -> f32 {
+        if self.falls == Falls::Evenly {
+            return 1.0;
+        }
+        let along = (ends[1].number - ends[0].number) / length;
+        let across = [0, 1].map(|side| 0.5 * (ends[0].slopes[side] + ends[1].slopes[side]));
+        let slope = (along * along + across[0] * across[0] + across[1] * across[1]).sqrt();
+        let cos = if slope > 0.0 {
+            along.abs() / slope
+        } else {
+            1.0
+        };
+        AMBIENT + DIFFUSE * cos
+    }
+
+    fn luminance(&self, number: f32) -> f32 {
+        self.colours.map_or(1.0, |table| {
+            let [red, green, blue, _] = table.at(number);
+            0.2126 * red + 0.7152 * green + 0.0722 * blue
+        })
+    }
+}
+
+/// A place of a ray among the vertices around it.
+#[derive(Clone, Copy)]
+struct Vertex {
+    number: f32,
+    /// Square root of the share of light.
+    root: f32,
+    /// Of the number across the ray, per opacity unit.
+    slopes: [f32; 2],
 }
 
 /// Sums over pixels.
 #[derive(Default)]
 struct Seen {
+    /// Opacity times brightness without occlusion.
     opacity: f64,
-    /// Opacity times light.
+    /// The same, times light.
     light: f64,
 }
 
 impl Seen {
-    /// Adds a ray of parts, each with its optical depth and its light.
-    fn add_ray<'a>(&mut self, parts: impl Iterator<Item = &'a [f64; 2]>) {
+    /// Adds a ray of parts, each with its optical depth, its light, and its brightness.
+    fn add_ray<'a>(&mut self, parts: impl Iterator<Item = &'a [f64; 3]>) {
         let mut transmittance = 1.0;
-        for &[depth, light] in parts {
+        for &[depth, light, brightness] in parts {
             let opacity = transmittance * -(-depth).exp_m1();
-            self.opacity += opacity;
-            self.light += opacity * light;
+            self.opacity += opacity * brightness;
+            self.light += opacity * brightness * light;
             transmittance -= opacity;
             if transmittance < 1e-3 {
                 break;

@@ -26,7 +26,7 @@
 //! Limits: light is absorbed on its way and not scattered. Flat faces along the grid or along its diagonals see 0.9 of the sky's light that they
 //! should. Surfaces that are steep across slices far apart have stripes of some per cent.
 
-mod brightness;
+pub(crate) mod brightness;
 mod medium;
 mod places;
 mod sharpen;

@@ -12,7 +12,7 @@ use crate::grid::in_unit;
 use crate::light::{FULL_LIGHT, Gains, GradientRamp};
 use crate::look::clip::GridClip;
 use crate::look::options::Shadow;
-use crate::shadow::brightness::Lit;
+use crate::shadow::brightness::{Falls, Lit};
 use crate::shadow::medium::Medium;
 use crate::shadow::places::Places;
 use crate::shadow::sharpen::sharpened;
@@ -21,6 +21,7 @@ use crate::shadow::slices::{Axes, LayerTables, Numbers, Stack};
 use crate::shadow::strengths::{around_vertices, skins};
 use crate::shadow::sweep::{Blocking, Met, Ray, add};
 use crate::slabs::settings::ChannelSettings;
+use crate::slabs::table::TransferTable;
 
 /// Directions over the disc of a light that has a size.
 const DIRECTIONS: u32 = 16;
@@ -78,6 +79,8 @@ pub(crate) struct Caster<'a> {
     /// Length in which pictures count, and over which opacity is meant, world units.
     pub(crate) length: f64,
     pub(crate) opacity_unit: f64,
+    /// The light that the sky's share dims.
+    pub(crate) sky_falls: Falls,
     pub(crate) level: Vectors,
 }
 
@@ -100,6 +103,12 @@ impl<'a> Caster<'a> {
     fn spacing(&self) -> [f32; 3] {
         let axis = |axis| self.world_from_index.transform_vector3(axis).length();
         DVec3::AXES.map(|along| single(axis(along) / self.opacity_unit))
+    }
+
+    /// The colours of the numbers at vertices, where they are scalars.
+    fn colours(&self, medium: &Medium) -> Option<&'a TransferTable> {
+        let are_scalars = matches!(medium, Medium::Scalars(_));
+        are_scalars.then(|| &self.channels[0].table)
     }
 
     /// The matter that takes light.
@@ -206,6 +215,8 @@ impl LightTables {
             places: &Places::new(field),
             numbers: &matter.numbers,
             medium: &matter.medium,
+            colours: caster.colours(&matter.medium),
+            falls: caster.sky_falls,
             clip: caster.clip,
             shares: &shares,
             spacing: caster.spacing(),

@@ -70,7 +70,7 @@ fn html(scenes: &[DemoPicture]) -> String {
             }
             body {
                 h1 { "resample: demo" }
-                p { "Five scenes made of formulas. Each is drawn as the command line draws it, and the quick way that most programs \
+                p { "Six scenes made of formulas. Each is drawn as the command line draws it, and the quick way that most programs \
                      go. The error is the peak signal-to-noise ratio in decibels: ten more is a third of the error." }
                 @for scene in scenes { (section(scene)) }
             }
@@ -85,21 +85,23 @@ fn section(scene: &DemoPicture) -> Markup {
             h2 { (scene.title) }
             p { (scene.about) }
             div class="ways" { @for way in &scene.ways { (figure(way)) } }
-            p class="note" { "Against " (scene.against) "." }
+            p class="note" { (scene.against) }
         }
     }
 }
 
 fn figure(way: &Way) -> Markup {
-    let error = if way.psnr_db.is_finite() {
-        format!("{:.1} dB", way.psnr_db)
-    } else {
-        "the same".to_owned()
-    };
+    let error = way.psnr_db.map(|psnr_db| {
+        if psnr_db.is_finite() {
+            format!(": {psnr_db:.1} dB")
+        } else {
+            ": the same".to_owned()
+        }
+    });
     html! {
         figure {
             a href=(way.file) { img src=(way.file) alt=(way.title); }
-            figcaption { b { (way.title) } ": " (error) }
+            figcaption { b { (way.title) } @if let Some(error) = error { (error) } }
             details { summary { "command" } pre { (way.command) } }
         }
     }
@@ -112,9 +114,11 @@ struct DemoScene {
     title: &'static str,
     /// The difficulty of the scene, in a sentence.
     about: &'static str,
-    /// Words of the command, without the picture's name.
+    /// Words of both commands, without the picture's name.
     words: Vec<String>,
-    /// Words that make it draw the quick way.
+    /// Words that the first of them has.
+    own: &'static [&'static str],
+    /// Words that make the second draw the quick way.
     quick: &'static [&'static str],
     /// The quick way, in words.
     quick_title: &'static str,
@@ -129,6 +133,8 @@ enum Truth {
     MostExact,
     /// The scene of the depth image, traced from the new eye.
     Traced,
+    /// No picture: the two show different things.
+    Nothing,
 }
 
 /// Knots of a transfer function: value and display colour, value and opacity. By hand, for looks only.
@@ -177,12 +183,27 @@ fn all(folder: &Path) -> Result<Vec<DemoScene>> {
         Ok(start.chain(built_in::words(&args)).chain(view).collect())
     };
     let one_ray = "one ray a pixel";
+    let in_light = [
+        volume(SceneArg::Blobs, Some(BLOBS), "15,20,0.75")?,
+        vec!["--light".into(), "-0.7,0.5,0.6".into()],
+    ];
     Ok(vec![
+        DemoScene {
+            name: "light",
+            title: "Shadow and occlusion",
+            about: "Light that matter takes on its way: which part lies in front is seen at once.",
+            words: in_light.concat(),
+            own: &["--shadows", "--occlusion"],
+            quick: &[],
+            quick_title: "the same light, without shadow and occlusion",
+            truth: Truth::Nothing,
+        },
         DemoScene {
             name: "marschner-lobb",
             title: "Ripples",
             about: "A field that is as fine as its voxels: what is interpolated badly shows as broken rings.",
             words: volume(SceneArg::MarschnerLobb, Some(RIPPLES), "25,25")?,
+            own: &[],
             quick: &["--subpixels", "1"],
             quick_title: one_ray,
             truth: Truth::MostExact,
@@ -192,6 +213,7 @@ fn all(folder: &Path) -> Result<Vec<DemoScene>> {
             title: "Soft matter",
             about: "Translucent matter that hides itself, with nothing sharp but its insides.",
             words: volume(SceneArg::Blobs, Some(BLOBS), "15,20,0.75")?,
+            own: &[],
             quick: &["--subpixels", "1"],
             quick_title: one_ray,
             truth: Truth::MostExact,
@@ -201,6 +223,7 @@ fn all(folder: &Path) -> Result<Vec<DemoScene>> {
             title: "A box of opaque cells",
             about: "Edges everywhere: between cells, against the background, and along the rays.",
             words: volume(SceneArg::CheckerBox, None, "35,25")?,
+            own: &[],
             quick: &["--subpixels", "1"],
             quick_title: one_ray,
             truth: Truth::MostExact,
@@ -223,6 +246,7 @@ fn mesh(folder: &Path) -> Result<DemoScene> {
         title: "A chequered ground",
         about: "Towards the horizon thousands of texels fall into a pixel: look-ups of a few of them make moire.",
         words: words.split(' ').map(str::to_owned).collect(),
+        own: &[],
         quick: &["--method", "backward-bilinear", "--subpixels", "1"],
         quick_title: "a bilinear look-up a pixel",
         truth: Truth::MostExact,
@@ -241,6 +265,7 @@ fn depth_image(folder: &Path) -> Result<DemoScene> {
         title: "A picture with depth, seen from beside",
         about: "The ball uncovers a part of the wall that no pixel has seen; all else should be whole.",
         words: words.split(' ').map(str::to_owned).collect(),
+        own: &[],
         quick: &["--method", "nearest"],
         quick_title: "each pixel to its nearest place",
         truth: Truth::Traced,
@@ -255,7 +280,7 @@ struct DemoPicture {
     ways: [Way; 2],
     /// Time of the first picture, ms.
     draw_ms: f64,
-    /// Where the errors are measured against.
+    /// Where the errors are measured against, in a sentence.
     against: &'static str,
 }
 
@@ -265,8 +290,8 @@ struct Way {
     /// The picture's file in the folder of the page.
     file: String,
     command: String,
-    /// Decibels, where both show something.
-    psnr_db: f64,
+    /// Decibels, where both show something; none where nothing is measured.
+    psnr_db: Option<f64>,
 }
 
 /// Side of the pictures that are measured: the most exact setting takes seconds at the size of a screen.
@@ -274,10 +299,12 @@ const MEASURED_PX: u32 = 96;
 
 /// Draws and measures a scene.
 fn shown(scene: DemoScene, folder: &Path, size: Size) -> Result<DemoPicture> {
-    let quick: Vec<String> = scene.quick.iter().map(|&word| word.to_owned()).collect();
-    let words = [scene.words.clone(), [scene.words.clone(), quick].concat()];
+    let words = [scene.own, scene.quick].map(|added| {
+        let added = added.iter().map(|&word| word.to_owned());
+        scene.words.iter().cloned().chain(added).collect::<Vec<_>>()
+    });
     let size = match scene.truth {
-        Truth::MostExact => size,
+        Truth::MostExact | Truth::Nothing => size,
         // As wide for its height as the picture that it is made of.
         Truth::Traced => {
             let [width, height] = built_in::DEPTH_IMAGE_PX.map(|side| side as u32);
@@ -297,9 +324,13 @@ fn shown(scene: DemoScene, folder: &Path, size: Size) -> Result<DemoPicture> {
     let truth = match scene.truth {
         Truth::MostExact => {
             opened.set(&planner::ends(&drawing(&words[0], size)?.setting())?.exact)?;
-            opened.draw(&measured)?.image
+            Some(opened.draw(&measured)?.image)
         }
-        Truth::Traced => built_in::ball_before_wall(NEW_EYE, built_in::DEPTH_IMAGE_SAMPLES),
+        Truth::Traced => {
+            let samples = built_in::DEPTH_IMAGE_SAMPLES;
+            Some(built_in::ball_before_wall(NEW_EYE, samples))
+        }
+        Truth::Nothing => None,
     };
     let mut quick = self::opened(&words[1], size)?;
     let second = quick.draw(&camera)?.image;
@@ -316,7 +347,10 @@ fn shown(scene: DemoScene, folder: &Path, size: Size) -> Result<DemoPicture> {
             title: titles[place],
             file: names[place].clone(),
             command: command(&words[place], folder, &names[place], size),
-            psnr_db: psnr_db(&pictures[place], &truth)?,
+            psnr_db: truth
+                .as_ref()
+                .map(|truth| psnr_db(&pictures[place], truth))
+                .transpose()?,
         });
     }
     let ways: [Way; 2] = ways.try_into().ok().context("two ways")?;
@@ -326,8 +360,9 @@ fn shown(scene: DemoScene, folder: &Path, size: Size) -> Result<DemoPicture> {
         ways,
         draw_ms,
         against: match scene.truth {
-            Truth::MostExact => "the most exact setting",
-            Truth::Traced => "the scene itself, where the picture has no hole",
+            Truth::MostExact => "Against the most exact setting.",
+            Truth::Traced => "Against the scene itself, where the picture has no hole.",
+            Truth::Nothing => "Nothing is measured: the two show different things.",
         },
     })
 }
@@ -350,7 +385,7 @@ fn opened(words: &[String], size: Size) -> Result<Opened> {
 /// The view in which errors are measured.
 fn measured_camera(camera: &Camera, truth: Truth) -> Result<Camera> {
     let [width, height] = match truth {
-        Truth::MostExact => [MEASURED_PX; 2],
+        Truth::MostExact | Truth::Nothing => [MEASURED_PX; 2],
         // As large as the picture that was traced.
         Truth::Traced => built_in::DEPTH_IMAGE_PX.map(|side| side as u32),
     };
