@@ -74,10 +74,10 @@ fn disc(size_deg: f64) -> Vec<DVec3> {
 fn hard_shadows_are_those_of_their_truth() {
     let whole = |_| true;
     for (name, volume, look, least_db) in [
-        ("ball", ball(), solid(), 37.0),
-        ("vessels", vessels(), solid(), 39.5),
+        ("ball", ball(), solid(), 39.0),
+        ("vessels", vessels(), solid(), 42.5),
         ("fog", fog(), thin(), 65.0),
-        ("shells", shells(), peaks(), 39.0),
+        ("shells", shells(), peaks(), 41.0),
     ] {
         let truth = ShadowTruth::new(&volume, &look, vec![towards()], &whole);
         let truth = truth.picture(&camera(), 3);
