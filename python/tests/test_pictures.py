@@ -39,6 +39,16 @@ def test_pictures_can_be_sent(picture):
     assert picture[:5].planes == {}, "planes belong to the whole"
 
 
+def test_matter_takes_light(picture):
+    occluded = fr.volsplat(RAMP, size=(30, 20), occlusion=True)
+    near = fr.volsplat(RAMP, size=(30, 20), occlusion=2.0)
+    shadowed = fr.volsplat(RAMP, size=(30, 20), light=(1, 2, 3), shadows=True, light_size=10)
+    for other in (occluded, near, shadowed):
+        assert np.allclose(other[..., 3], picture[..., 3], atol=1e-5), "opacity is the same"
+        assert not np.allclose(other, picture, atol=0.01)
+    assert not np.allclose(occluded, near, atol=0.003)
+
+
 def test_stats_are_those_of_the_command_line(picture):
     assert picture.stats["wall_ms"] > 0
     planned = fr.volsplat(RAMP, size=(30, 20), max_time="1s")

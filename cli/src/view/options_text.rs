@@ -23,7 +23,7 @@ use crate::values::BackgroundWord;
 use crate::values::input_file::Held;
 
 /// Options that the page may set. None of them names a file.
-const FROM_PAGE: [&str; 28] = [
+const FROM_PAGE: [&str; 30] = [
     "background",
     "blend",
     "channel",
@@ -41,12 +41,14 @@ const FROM_PAGE: [&str; 28] = [
     "light",
     "method",
     "min-transmittance",
+    "occlusion",
     "opacity-scale",
     "opacity-unit",
     "order",
     "preset",
     "samples",
     "shade",
+    "shadows",
     "slab",
     "slab-error",
     "subpixels",
@@ -63,6 +65,9 @@ const LOOKS: [&str; 6] = [
     "preset",
     "colormap",
 ];
+
+/// Options that are on without a value.
+const SWITCHES: [&str; 2] = ["occlusion", "shadows"];
 
 /// Blendings that show a scalar of each ray, without light.
 const UNLIT: [&str; 3] = ["maximum", "minimum", "average"];
@@ -260,6 +265,11 @@ fn is_overridden(name: &str, changes: &Changes) -> bool {
             true
         }
         "shade" => chosen("blend").is_some_and(|blend| UNLIT.contains(&blend)),
+        "shadows" | "occlusion" | "light-size" => {
+            let unblocked = |blend| UNLIT.contains(&blend) || is_surface(blend);
+            let is_off = name == "light-size" && chosen("shadows") == Some("off");
+            is_off || chosen("iso").is_some() || chosen("blend").is_some_and(unblocked)
+        }
         "blend" => chosen("iso").is_some() || chosen("shade").is_some_and(|shade| shade != "none"),
         "iso" | "iso-colour" | "iso-opacity" => {
             chosen("blend").is_some_and(|blend| !is_surface(blend))
@@ -278,6 +288,10 @@ fn changed(changes: &Changes) -> Result<Vec<String>> {
         for value in values {
             if name == "background" && !is_colour(value) {
                 bail!("--background={value}: expected a colour; a picture is for the command line");
+            }
+            if SWITCHES.contains(&name.as_str()) && ["on", "off"].contains(&value.as_str()) {
+                words.extend((value == "on").then(|| format!("--{name}")));
+                continue;
             }
             if name == "channel" {
                 words.extend(channel(value)?);

@@ -9,13 +9,18 @@ use super::browser;
 use super::page::{Viewer, view, with};
 
 /// Typed words, and changes of the page that cannot stand beside them.
-const CONTRARY: [(&str, &str, &str); 6] = [
+const CONTRARY: [(&str, &str, &str); 11] = [
     ("--shade phong", "blend", "maximum"),
     ("--shade lambert", "preset", "brightest"),
     ("--blend maximum", "shade", "lambert"),
     ("--blend average", "preset", "solid"),
     ("--iso 100", "blend", "minimum"),
     ("--iso 100", "preset", "brightest"),
+    ("--occlusion", "blend", "maximum"),
+    ("--occlusion 3", "iso", "100"),
+    ("--light 1,2,3 --shadows --light-size 5", "blend", "average"),
+    ("--light 1,2,3 --shadows --light-size 5", "shadows", "off"),
+    ("--light 1,2,3", "shadows", "on"),
 ];
 
 #[test]
@@ -66,6 +71,34 @@ fn a_preset_that_cannot_be_drawn_is_passed_over() {
         json!({ "type": "thumbnail", "preset": "no such" }),
     ));
     assert_eq!(page.hear("no-thumbnail")["preset"], "no such");
+}
+
+#[test]
+fn shadows_and_occlusion_are_switches() {
+    let bench = Bench::new();
+    let Some((_viewer, mut browser)) = browser::open(&bench, "--preset solid") else {
+        return;
+    };
+    let first = browser.picture();
+    let click = |browser: &mut browser::Browser, label: &str| {
+        browser.value(&format!("document.getElementById('field-{label}').click()"));
+        browser.wait_rest();
+        browser.picture()
+    };
+    let occluded = click(&mut browser, "occlusion");
+    assert_ne!(occluded, first);
+    let both = click(&mut browser, "shadows");
+    assert_ne!(both, occluded);
+    // Blendings without light take them off.
+    choose(&mut browser, "blend", "maximum");
+    let status = "document.getElementById('status')";
+    assert_eq!(
+        browser.value(&format!("{status}.classList.contains('bad')")),
+        "false"
+    );
+    browser.value("undo()");
+    browser.wait_rest();
+    assert_eq!(browser.picture(), both);
 }
 
 /// Chooses a word in the list behind a label.

@@ -121,6 +121,7 @@ function volumePanel() {
   parts.push(make("h2", {}, "Light and blending"),
     isUnlit ? choice("light", "shade", volume.shadings, "none", null) : choice("light", "shade", volume.shadings, suggested("shade") ?? "none"),
     isUnlit ? "" : lightSliders(),
+    ...(isUnlit || option("iso") !== null || option("blend") === "isosurface" ? [] : blockedLight()),
     choice("blend", "blend", volume.blends, suggested("blend") ?? "emission"));
   if (option("blend") === "isosurface" || option("iso") !== null) {
     const [least, most] = volume.range;
@@ -150,23 +151,39 @@ function setWidth(width) {
 }
 
 // The direction towards the light, around the camera of the start.
+function lightFrom(angles) {
+  state.light = angles;
+  const [azimuth, elevation] = angles.map((degrees) => (degrees * Math.PI) / 180);
+  const { forward, right, up } = axes(state.camera);
+  const level = add(mul(forward, -Math.cos(azimuth)), mul(right, Math.sin(azimuth)));
+  const direction = add(mul(level, Math.cos(elevation)), mul(up, Math.sin(elevation)));
+  setOption("light", direction.map((x) => x.toFixed(4)).join(","));
+}
+
 function lightSliders() {
   const box = make("div");
   const shade = option("shade") ?? suggested("shade");
-  if (!shade || shade === "none") return box;
+  const isBlocked = isOn("shadows");
+  if (!isBlocked && (!shade || shade === "none")) return box;
   const angles = state.light ?? [0, 0];
-  const act = (index) => (x) => {
-    state.light = state.light ?? [0, 0];
-    state.light[index] = x;
-    const [azimuth, elevation] = state.light.map((degrees) => (degrees * Math.PI) / 180);
-    const { forward, right, up } = axes(state.camera);
-    const level = add(mul(forward, -Math.cos(azimuth)), mul(right, Math.sin(azimuth)));
-    const direction = add(mul(level, Math.cos(elevation)), mul(up, Math.sin(elevation)));
-    setOption("light", direction.map((x) => x.toFixed(4)).join(","));
-  };
+  const act = (index) => (x) => lightFrom((state.light ?? angles).with(index, x));
   box.append(slider("light from", { min: -90, max: 90, value: angles[0], text: (x) => `${x.toFixed(0)}\u00b0`, act: act(0) }),
     slider("height", { min: -90, max: 90, value: angles[1], text: (x) => `${x.toFixed(0)}\u00b0`, act: act(1) }));
   return box;
+}
+
+// Switches of what takes light on its way.
+function blockedLight() {
+  return ["shadows", "occlusion"].map((name) => {
+    const input = make("input", { type: "checkbox", checked: isOn(name), onchange: () => {
+      remember();
+      setSwitch(name, input.checked);
+      // Shadows need a direction: from above, beside the camera.
+      if (name === "shadows" && input.checked && option("light") === null) lightFrom([-40, 40]);
+      changed({ panel: true });
+    } });
+    return row(name, input);
+  });
 }
 
 function cropSliders() {

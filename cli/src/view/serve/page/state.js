@@ -43,6 +43,18 @@ function setOption(name, ...words) {
   else state.changes[name] = words.map(String);
 }
 
+// Switches without a value: "on", and "off" where the command line has them.
+function setSwitch(name, isOn) {
+  const isTyped = name in state.scene.options.set;
+  if (isOn === isTyped) setOption(name);
+  else setOption(name, isOn ? "on" : "off");
+}
+
+function isOn(name) {
+  const value = option(name);
+  return value !== null && value !== "off";
+}
+
 // Blendings that show a scalar of each ray, without light.
 const UNLIT = ["maximum", "minimum", "average"];
 
@@ -52,6 +64,12 @@ function settle(newest) {
   const shade = option("shade") ?? suggested("shade") ?? "none";
   if (newest === "blend" && state.changes.blend?.[0] !== "isosurface") {
     for (const name of ["iso", "iso-colour", "iso-opacity"]) setOption(name);
+  }
+  if (UNLIT.includes(blend) || blend === "isosurface") {
+    for (const name of ["shadows", "occlusion"].filter(isOn)) {
+      setSwitch(name, false);
+      note(`${blend} goes without ${name}`);
+    }
   }
   if (!UNLIT.includes(blend) || shade === "none") return;
   if (newest === "shade") {
