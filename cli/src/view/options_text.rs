@@ -265,10 +265,10 @@ fn is_overridden(name: &str, changes: &Changes) -> bool {
             true
         }
         "shade" => chosen("blend").is_some_and(|blend| UNLIT.contains(&blend)),
+        "occlusion" if chosen("iso").is_some() => true,
         "shadows" | "occlusion" | "light-size" => {
-            let unblocked = |blend| UNLIT.contains(&blend) || is_surface(blend);
             let is_off = name == "light-size" && chosen("shadows") == Some("off");
-            is_off || chosen("iso").is_some() || chosen("blend").is_some_and(unblocked)
+            is_off || chosen("blend").is_some_and(|blend| UNLIT.contains(&blend))
         }
         "blend" => chosen("iso").is_some() || chosen("shade").is_some_and(|shade| shade != "none"),
         "iso" | "iso-colour" | "iso-opacity" => {

@@ -291,7 +291,12 @@ fn options_of_another_order_are_refused() {
         "have no light",
     );
     assert_refused(&bench, &words("--occlusion 0"), "--occlusion");
-    assert_one_line(&bench, &words("--iso 0.5 --occlusion"), "occlusion");
+    assert_one_line(&bench, &words("--iso 100 --occlusion"), "no occlusion");
+    assert_one_line(
+        &bench,
+        &words("--iso 100 --iso-opacity 0.5 --light 1,0,0 --shadows"),
+        "opacity 1",
+    );
     bench.write("slice.raw", &[200; 64]);
     let slice = "volsplat slice.raw --dims 8,8,1 --type u8 --order field -o out/a.png";
     assert_one_line(&bench, slice, "slice.raw");

@@ -5,6 +5,7 @@
 //! hold in f32 is already relative to the eye. Other conventions are converted at the edge, by the constructors.
 
 pub mod framing;
+pub mod spline;
 pub mod view;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};

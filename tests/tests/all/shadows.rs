@@ -1,15 +1,16 @@
 //! Shadows that a volume casts on itself: pictures are compared with f64 integrals, and options that exclude shadows are refused.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 use resample_core::{Camera, Image};
+use resample_tests::twins::rays::RaySource;
 use resample_tests::volumes::lit_scenes::{
     SIDE_VOXELS, ball, fog, peaks, shells, solid, thin, vessels,
 };
 use resample_tests::volumes::scenes::{perspective, transfer, volume};
 use resample_tests::volumes::shadow_truth::{ShadowTruth, Sky};
 use volsplat::{
-    Blend, Channel, Clip, ClipPlane, FieldOptions, Light, Look, Occlusion, Order, RenderOptions,
-    Renderer, Reuse, Scene, Shading, Shadow, TransferFunction, Volume,
+    Blend, Channel, Clip, ClipPlane, FieldOptions, Isosurface, Light, Look, Occlusion, Order,
+    RenderOptions, Renderer, Reuse, Scene, Shading, Shadow, TransferFunction, Volume,
 };
 
 /// Towards the light.
@@ -363,6 +364,56 @@ fn occlusion_keeps_the_brightness_of_pictures() {
             assert!((0.8..1.25).contains(&ratio), "{name} {shading:?}: {ratio}");
         }
     }
+}
+
+#[test]
+fn an_isosurface_casts_the_shadow_of_its_shape() {
+    // A ball of radius 10 over a plate, lit from straight above: the shadow is a disc below it.
+    let (volume, look) = (ball(), solid());
+    let options = RenderOptions {
+        order: Order::Field(FieldOptions {
+            blend: Blend::Isosurface(Isosurface {
+                value: 0.5,
+                colour: Some([1.0; 3]),
+                opacity: 1.0,
+            }),
+            ..FieldOptions::default()
+        }),
+        light: Light::Towards(DVec3::Y),
+        ..options(0.0)
+    };
+    let camera = camera();
+    let image = drawn(&volume, &look, &options);
+    let rays = RaySource::new(&camera, &volume.world_from_index);
+    let (mut lit, mut dark) = (0, 0);
+    for (place, pixel) in image.rgba.iter().enumerate() {
+        let width = camera.width as usize;
+        let at = DVec2::new((place % width) as f64, (place / width) as f64) + 0.5;
+        let ray = rays.ray(at);
+        let towards = ray.direction;
+        let on_plate = ray.origin + (12.0 - ray.origin.y) / towards.y * towards;
+        let from_middle = (on_plate - DVec3::new(28.0, 12.0, 28.0)).abs();
+        let to_ball = DVec3::new(28.0, 30.0, 28.0) - ray.origin;
+        let misses = to_ball.reject_from(towards).length() > 12.0;
+        if !misses || from_middle.x.max(from_middle.z) > 20.0 {
+            continue;
+        }
+        let radius = from_middle.length();
+        if radius > 12.0 {
+            lit += 1;
+            assert!(
+                (pixel[0] - 1.0).abs() < 0.06,
+                "lit at {radius:.1}: {pixel:?}"
+            );
+        } else if radius < 8.0 {
+            dark += 1;
+            assert!(
+                (pixel[0] - 0.3).abs() < 0.03,
+                "dark at {radius:.1}: {pixel:?}"
+            );
+        }
+    }
+    assert!(lit > 50 && dark > 10, "{lit} lit and {dark} dark pixels");
 }
 
 #[test]

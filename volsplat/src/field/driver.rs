@@ -399,6 +399,7 @@ impl FieldPipeline {
                 .options
                 .gradient_opacity
                 .map(|ramp| GradientRamp::new(ramp, self.length)),
+            surface: self.iso.map(|iso| iso.value),
             clip: &self.clip,
             world_from_index: &self.world_from_index,
             length: self.length,

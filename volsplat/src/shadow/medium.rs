@@ -29,6 +29,9 @@ pub(super) struct Place {
     sum: f64,
 }
 
+/// Extinction behind a surface, per opacity unit: a twentieth of it lets 1/20 through.
+const BEHIND_SURFACE: f32 = 64.0;
+
 /// Two places this close have the strength between them.
 const LEAST_SPAN: f32 = 1.0 / 64.0;
 
@@ -45,6 +48,17 @@ impl Medium {
             }
             _ => Self::Extinction,
         }
+    }
+
+    /// A surface at a scalar, of nothing on one side and opaque matter on the other. `table` tells how finely scalars differ.
+    pub(super) fn of_surface(table: &TransferTable, scalar: f32) -> Self {
+        let [scale, shift] = table.place_of_scalar();
+        Self::Scalars(Integral {
+            scale,
+            shift: shift + 1.0 - (scalar * scale + shift),
+            strengths: vec![0.0, BEHIND_SURFACE],
+            sums: vec![0.0; 2],
+        })
     }
 
     /// The mean extinction, per opacity unit, where the number goes from one to another evenly.

@@ -23,6 +23,8 @@
 //! Where matter begins within less than the way between two vertices, they would give a surface stripes by their depth in it. Such a skin
 //! leaves out the matter within one step, and has the mean light of such a surface instead. Taking the light two voxels in front of the
 //! surface was tried: its light is even, and patches of it stand out from matter that is just not steep enough.
+//! An isosurface is a medium of nothing before it and opaque matter behind it. Occlusion of it was patchy: bricks behind a surface are not in
+//! memory.
 //! Limits: light is absorbed on its way and not scattered. Flat faces along the grid or along its diagonals see 0.9 of the sky's light that they
 //! should. Surfaces that are steep across slices far apart have stripes of some per cent.
 

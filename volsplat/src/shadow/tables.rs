@@ -74,6 +74,8 @@ pub(crate) struct Caster<'a> {
     pub(crate) field: &'a CellField,
     pub(crate) channels: &'a [ChannelSettings],
     pub(crate) ramp: Option<GradientRamp>,
+    /// The scalar of the surface that is drawn in place of matter.
+    pub(crate) surface: Option<f32>,
     pub(crate) clip: &'a GridClip,
     pub(crate) world_from_index: &'a DAffine3,
     /// Length in which pictures count, and over which opacity is meant, world units.
@@ -107,7 +109,7 @@ impl<'a> Caster<'a> {
 
     /// The colours of the numbers at vertices, where they are scalars.
     fn colours(&self, medium: &Medium) -> Option<&'a TransferTable> {
-        let are_scalars = matches!(medium, Medium::Scalars(_));
+        let are_scalars = matches!(medium, Medium::Scalars(_)) && self.surface.is_none();
         are_scalars.then(|| &self.channels[0].table)
     }
 
@@ -134,7 +136,10 @@ impl<'a> Caster<'a> {
 
     /// The numbers at the vertices of the bricks, and how they become extinction.
     fn numbers(&self) -> (Vec<Table>, Medium) {
-        let medium = Medium::new(self.channels, self.ramp.is_some());
+        let medium = match self.surface {
+            Some(scalar) => Medium::of_surface(&self.channels[0].table, scalar),
+            None => Medium::new(self.channels, self.ramp.is_some()),
+        };
         let in_pictures = in_unit(self.world_from_index, self.length);
         let from_differences = FromDifferences::new(&in_pictures.matrix3);
         let numbers = Numbers {

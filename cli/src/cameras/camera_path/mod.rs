@@ -12,13 +12,13 @@
 //! Times are seconds; there are `round(duration * pictures per second) + 1` pictures. Keys of a volume may also say how it
 //! looks and clips ([`volume_keys`]).
 
-mod spline;
 mod volume_keys;
 
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use glam::{DAffine3, DMat3, DQuat, DVec3};
+use resample_core::camera::spline;
 use resample_core::{Camera, Projection};
 use resample_io::Gate;
 use serde_json::Value;

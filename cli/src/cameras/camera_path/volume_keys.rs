@@ -9,11 +9,11 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
+use resample_core::camera::spline;
 use serde_json::Value;
 use volsplat::transfer::Preset;
 use volsplat::{Clip, ClipPlane};
 
-use super::spline;
 use crate::cameras::json_fields::Fields;
 
 /// The values of a volume at one key.

@@ -9,7 +9,7 @@ use super::browser;
 use super::page::{Viewer, view, with};
 
 /// Typed words, and changes of the page that cannot stand beside them.
-const CONTRARY: [(&str, &str, &str); 11] = [
+const CONTRARY: [(&str, &str, &str); 12] = [
     ("--shade phong", "blend", "maximum"),
     ("--shade lambert", "preset", "brightest"),
     ("--blend maximum", "shade", "lambert"),
@@ -21,6 +21,7 @@ const CONTRARY: [(&str, &str, &str); 11] = [
     ("--light 1,2,3 --shadows --light-size 5", "blend", "average"),
     ("--light 1,2,3 --shadows --light-size 5", "shadows", "off"),
     ("--light 1,2,3", "shadows", "on"),
+    ("--light 1,2,3 --shadows", "iso", "100"),
 ];
 
 #[test]

@@ -158,7 +158,7 @@ impl<S: Simd> Corners<S> {
     }
 
     #[inline(always)]
-    fn of_bytes(simd: S, faces: &FaceBytes, places: &[i32; LANES]) -> Self {
+    pub(crate) fn of_bytes(simd: S, faces: &FaceBytes, places: &[i32; LANES]) -> Self {
         let cells = cells_of(simd, places);
         let (mut front, mut back) = ([0u32; LANES], [0u32; LANES]);
         for lane in 0..LANES {

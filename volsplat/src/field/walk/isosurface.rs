@@ -12,11 +12,14 @@ use fearless_simd_macros::simd;
 use resample_core::maps::TilePlane;
 
 use super::rays::Rays;
+use crate::bricks::cells::FaceBytes;
 use crate::field::settings::{AnchoredRays, IsoSettings, TileContext};
-use crate::field::walk::cell_sample::{CellBox, Located, in_box_cells, interpolated, masked};
+use crate::field::walk::cell_sample::{
+    CellBox, Corners, Located, in_box_cells, interpolated, masked,
+};
 use crate::field::walk::gradient::interpolated_gradient;
 use crate::field::walk::scratch::{FieldScratch, WeightedRow, Window, set_lanes};
-use crate::light::Lit;
+use crate::light::{Lit, share_of_light};
 use crate::slabs::view::{HalfRow, LANES};
 
 /// How far a ray is followed beyond the faces of a brick, voxels, so that a crossing on a face that rounding puts outside
@@ -192,8 +195,11 @@ fn add_surface<S: Simd>(
         .inside
         .select(hit, load(&scratch.last_hit))
         .store_slice(&mut scratch.last_hit[at.row][range.clone()]);
-    let lit = lit(simd, job, &found, weight);
-    let (body, highlight) = lit.map_or((constant(1.0), zero), |lit| (lit.body, lit.highlight));
+    let lit = lit(simd, job, &found, weight).unwrap_or(Lit {
+        body: constant(1.0),
+        highlight: zero,
+    });
+    let Lit { body, highlight } = darkened(simd, job, &found, lit);
     let samples = WeightedRow {
         weight,
         camera_z: Some(found.inside.select(depth, zero)),
@@ -228,4 +234,30 @@ fn lit<S: Simd>(
     let gradients = (gradients, &job.settings.from_differences);
     let gradient = interpolated_gradient(simd, gradients, located, weight);
     Some(shade.light(simd, gradient, job.view.rays(simd, located.at)))
+}
+
+/// As much of the light as reaches the samples, where shadows or occlusion are drawn.
+#[inline(always)]
+fn darkened<S: Simd>(
+    simd: S,
+    job: &TileContext,
+    located: &Located<S>,
+    light: Lit<f32x8<S>>,
+) -> Lit<f32x8<S>> {
+    let (gains, tables) = (job.settings.gains, job.placed.light);
+    let share = |tables: Option<(&FaceBytes, f32)>| {
+        let (faces, gain) = tables?;
+        let corners = Corners::of_bytes(simd, faces, &located.places);
+        Some(share_of_light(
+            simd,
+            corners.interpolated(located.share),
+            gain,
+        ))
+    };
+    let (sun, sky) = (
+        share(tables.sun.zip(gains.sun)),
+        share(tables.sky.zip(gains.sky)),
+    );
+    let lit = sun.map_or(light, |sun| light.shadowed(simd, sun));
+    sky.map_or(lit, |sky| lit.occluded(simd, sky, sun.is_some()))
 }

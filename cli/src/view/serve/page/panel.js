@@ -121,7 +121,7 @@ function volumePanel() {
   parts.push(make("h2", {}, "Light and blending"),
     isUnlit ? choice("light", "shade", volume.shadings, "none", null) : choice("light", "shade", volume.shadings, suggested("shade") ?? "none"),
     isUnlit ? "" : lightSliders(),
-    ...(isUnlit || option("iso") !== null || option("blend") === "isosurface" ? [] : blockedLight()),
+    ...(isUnlit ? [] : blockedLight()),
     choice("blend", "blend", volume.blends, suggested("blend") ?? "emission"));
   if (option("blend") === "isosurface" || option("iso") !== null) {
     const [least, most] = volume.range;
@@ -174,7 +174,8 @@ function lightSliders() {
 
 // Switches of what takes light on its way.
 function blockedLight() {
-  return ["shadows", "occlusion"].map((name) => {
+  const isSurface = option("iso") !== null || option("blend") === "isosurface";
+  return (isSurface ? ["shadows"] : ["shadows", "occlusion"]).map((name) => {
     const input = make("input", { type: "checkbox", checked: isOn(name), onchange: () => {
       remember();
       setSwitch(name, input.checked);

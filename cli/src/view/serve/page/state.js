@@ -65,11 +65,10 @@ function settle(newest) {
   if (newest === "blend" && state.changes.blend?.[0] !== "isosurface") {
     for (const name of ["iso", "iso-colour", "iso-opacity"]) setOption(name);
   }
-  if (UNLIT.includes(blend) || blend === "isosurface") {
-    for (const name of ["shadows", "occlusion"].filter(isOn)) {
-      setSwitch(name, false);
-      note(`${blend} goes without ${name}`);
-    }
+  const refused = { isosurface: ["occlusion"] }[blend] ?? (UNLIT.includes(blend) ? ["shadows", "occlusion"] : []);
+  for (const name of refused.filter(isOn)) {
+    setSwitch(name, false);
+    note(`${blend} goes without ${name}`);
   }
   if (!UNLIT.includes(blend) || shade === "none") return;
   if (newest === "shade") {

@@ -9,7 +9,7 @@ use glam::DQuat;
 
 /// The place of a moment between two keys.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Moment {
+pub struct Moment {
     /// The key before it; the next one is after it.
     pub segment: usize,
     /// How far between the two, 0..=1.
@@ -17,7 +17,10 @@ pub(crate) struct Moment {
 }
 
 /// Where `time` lies among ascending `times`, of which there are at least two; times beyond the ends are the ends.
-pub(crate) fn moment(times: &[f64], time: f64) -> Moment {
+///
+/// # Panics
+/// With fewer than two times.
+pub fn moment(times: &[f64], time: f64) -> Moment {
     let segment = times
         .partition_point(|&t| t <= time)
         .saturating_sub(1)
@@ -30,7 +33,10 @@ pub(crate) fn moment(times: &[f64], time: f64) -> Moment {
 }
 
 /// The value at a moment of a number that has `values` at `times`.
-pub(crate) fn number(times: &[f64], values: &[f64], at: Moment) -> f64 {
+///
+/// # Panics
+/// Where there are fewer values than times, or the moment is of other times.
+pub fn number(times: &[f64], values: &[f64], at: Moment) -> f64 {
     let i = at.segment;
     let length = times[i + 1] - times[i];
     let rate = |k: usize| (values[k + 1] - values[k]) / (times[k + 1] - times[k]);
@@ -43,7 +49,10 @@ pub(crate) fn number(times: &[f64], values: &[f64], at: Moment) -> f64 {
 }
 
 /// The orientation at a moment of a body that has `orientations` at `times`, turning the short way between keys.
-pub(crate) fn orientation(times: &[f64], orientations: &[DQuat], at: Moment) -> DQuat {
+///
+/// # Panics
+/// Where there are fewer orientations than times, or the moment is of other times.
+pub fn orientation(times: &[f64], orientations: &[DQuat], at: Moment) -> DQuat {
     let i = at.segment;
     let length = times[i + 1] - times[i];
     let turn = |k: usize| {
