@@ -290,7 +290,7 @@ fn options_of_another_order_are_refused() {
         &words("--blend maximum --light 1,0,0 --shadows"),
         "have no light",
     );
-    assert_refused(&bench, &words("--occlusion 0"), "--occlusion");
+    assert_refused(&bench, &words("--occlusion=0"), "--occlusion");
     assert_one_line(&bench, &words("--iso 100 --occlusion"), "no occlusion");
     assert_one_line(
         &bench,

@@ -186,7 +186,7 @@ fn every_view_option_gives_a_picture() {
         "--shade phong --light 1,2,-3",
         "--light 1,2,-3 --shadows --light-size 5",
         "--occlusion",
-        "--occlusion 2.5 --light 1,2,-3 --shadows",
+        "--occlusion=2.5 --light 1,2,-3 --shadows",
         "--shade lambert --projection orthographic",
         "--shade phong --order every-sample",
         "--shade lambert --order axis-sheets --gradient-opacity 0,5",

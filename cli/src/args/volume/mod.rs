@@ -245,7 +245,7 @@ pub struct RenderArgs {
     pub light_size: f64,
     /// The volume hides light of the sky from itself: depth reads. Matter farther away than RADIUS does not count, world units [default: a
     /// tenth of the visible part's diagonal]
-    #[arg(long, value_name = "RADIUS", num_args = 0..=1, value_parser = values::positive)]
+    #[arg(long, value_name = "RADIUS", num_args = 0..=1, require_equals = true, value_parser = values::positive)]
     pub occlusion: Option<Option<f64>>,
     /// Multiply the extinction by a ramp over the length of the gradient: 0 at LOW, 1 at HIGH, value per world unit
     #[arg(long, value_name = "LOW,HIGH", value_parser = values::ramp)]

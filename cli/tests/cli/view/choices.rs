@@ -17,7 +17,7 @@ const CONTRARY: [(&str, &str, &str); 12] = [
     ("--iso 100", "blend", "minimum"),
     ("--iso 100", "preset", "brightest"),
     ("--occlusion", "blend", "maximum"),
-    ("--occlusion 3", "iso", "100"),
+    ("--occlusion=3", "iso", "100"),
     ("--light 1,2,3 --shadows --light-size 5", "blend", "average"),
     ("--light 1,2,3 --shadows --light-size 5", "shadows", "off"),
     ("--light 1,2,3", "shadows", "on"),
