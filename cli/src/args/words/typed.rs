@@ -30,7 +30,8 @@ impl Typed {
                 let place = matches
                     .indices_of(arg.get_id().as_str())
                     .and_then(|mut indices| indices.next());
-                (place.unwrap_or(0), name(arg), words(arg, matches))
+                // Options without a value that may have one stand last: no word after them can be taken for it.
+                (place.unwrap_or(usize::MAX), name(arg), words(arg, matches))
             })
             .collect();
         options.sort_by_key(|(place, _, _)| *place);
@@ -95,6 +96,11 @@ fn words(arg: &Arg, matches: &ArgMatches) -> Vec<String> {
         let values: Vec<String> = values
             .map(|value| value.to_string_lossy().into_owned())
             .collect();
+        if let (true, Some(dashed)) = (arg.is_require_equals_set(), &dashed) {
+            let value = values.first().map(|value| format!("={value}"));
+            words.push(format!("{dashed}{}", value.unwrap_or_default()));
+            continue;
+        }
         words.extend(dashed.clone());
         match arg.get_value_delimiter() {
             Some(delimiter) => words.push(values.join(&delimiter.to_string())),
@@ -127,6 +133,8 @@ mod tests {
             "a.nrrd --slab 1 --output b.png --threads 1",
             "a.nrrd --output b.png --channel 0 green --channel 2 magenta --resume",
             "a.nrrd --output b.exr --layers first-hit,normal --origin -1,2,3",
+            "a.nrrd --occlusion=2.5 --output b.png",
+            "a.nrrd --output b.png --occlusion",
         ] {
             let again = typed(&format!("volsplat {words}")).words(|_| false);
             assert_eq!(again.join(" "), words);

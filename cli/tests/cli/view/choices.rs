@@ -95,7 +95,7 @@ fn shadows_and_occlusion_are_switches() {
     let status = "document.getElementById('status')";
     assert_eq!(
         browser.value(&format!("{status}.classList.contains('bad')")),
-        "false"
+        false
     );
     browser.value("undo()");
     browser.wait_rest();
