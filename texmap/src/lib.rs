@@ -40,6 +40,7 @@ pub mod options;
 mod light;
 mod screen;
 mod prepare;
+mod shadow;
 mod project;
 mod visibility;
 mod texture;
@@ -50,7 +51,7 @@ pub mod stats;
 
 #[cfg(feature = "input")]
 pub use input::{LoadOptions, Loaded, Pose, load, load_picture};
-pub use options::{Method, PlaneKind, RenderOptions, Shade};
+pub use options::{Method, PlaneKind, RenderOptions, Shade, Shadows};
 pub use prepare::textures::Textures;
 pub use render::{Frame, Renderer};
 pub use resample_core::clock::StageTime;

@@ -42,6 +42,13 @@ pub struct RenderOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = direction, default_value = "0.4,1,0.6",
         allow_hyphen_values = true, requires = "shade"))]
     pub light: DVec3,
+    /// What blocks the light of the surroundings: nothing, the mesh, or the mesh above a ground that catches its shadow
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, value_enum, value_name = "WHERE", default_value_t = Shadows::None, num_args = 0..=1, require_equals = true,
+            default_missing_value = "mesh")
+    )]
+    pub shadows: Shadows,
     /// Sub-pixels along a pixel's side at which visibility is decided: 1, 2, 3, 4 or 8
     ///
     /// A pixel has one more than their square, on a turned lattice.
@@ -130,6 +137,24 @@ pub enum Shade {
     Pbr,
 }
 
+/// Where shadows fall. Every surface that is not unlit takes the light of the surroundings then.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum Shadows {
+    /// Nowhere: all light of the surroundings arrives
+    #[default]
+    None,
+    /// On the mesh: it blocks the light of the surroundings from itself
+    Mesh,
+    /// On the mesh, and on a ground below it that shows nothing else
+    Ground,
+}
+
 /// A plane of the picture beside its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
@@ -169,6 +194,7 @@ impl Default for RenderOptions {
             shade: Shade::Auto,
             environment_turn_deg: 0.0,
             light: DVec3::new(0.4, 1.0, 0.6),
+            shadows: Shadows::None,
             subpixels: 4,
             planes: Vec::new(),
             simd: SimdLevel::Auto,
@@ -200,6 +226,12 @@ impl RenderOptions {
                 "the surroundings are turned by {} degrees, expected a finite number",
                 self.environment_turn_deg
             )));
+        }
+        if self.shadows != Shadows::None && !matches!(self.shade, Shade::Auto | Shade::Pbr) {
+            return Err(Error::Option(
+                "shadows are cast in the light of the surroundings: leave out the other shade, or the shadows"
+                    .into(),
+            ));
         }
         if self.light.try_normalize().is_none() {
             return Err(Error::Option(format!(

@@ -5,3 +5,4 @@ pub mod mesh_views;
 pub mod texture_scenes;
 pub mod textures;
 pub mod surroundings;
+pub mod shadows;

@@ -72,6 +72,16 @@ pub fn radiance(from: &Surroundings, d: DVec3) -> DVec3 {
 pub fn reflected(
     from: &Surroundings,
     surface: &Reflector,
+    at: (DVec3, DVec3),
+    count: usize,
+) -> DVec3 {
+    reflected_of(|direction| radiance(from, direction), surface, at, count)
+}
+
+/// As [`reflected`], of any radiance by direction: 0 where something stands before the surroundings.
+pub fn reflected_of(
+    radiance: impl Fn(DVec3) -> DVec3,
+    surface: &Reflector,
     (normal, eye): (DVec3, DVec3),
     count: usize,
 ) -> DVec3 {
@@ -86,7 +96,7 @@ pub fn reflected(
         let (u, v) = lattice(k, count);
         let (sin, cos) = (TAU * v).sin_cos();
         let matt = DVec3::new(u.sqrt() * cos, u.sqrt() * sin, (1.0 - u).sqrt());
-        irradiance += radiance(from, world(matt)) / count as f64;
+        irradiance += radiance(world(matt)) / count as f64;
         let cosine2 = (1.0 - u) / (1.0 + (alpha * alpha - 1.0) * u);
         let sine = (1.0 - cosine2).sqrt();
         let half = world(DVec3::new(sine * cos, sine * sin, cosine2.sqrt()));
@@ -103,7 +113,7 @@ pub fn reflected(
         scale += weight * (1.0 - fresnel);
         offset += weight * fresnel;
         let share = f0 * (1.0 - fresnel) + DVec3::splat(fresnel);
-        specular += share * weight * radiance(from, light);
+        specular += share * weight * radiance(light);
     }
     let lost = 1.0 - scale - offset;
     let again = |f0: DVec3| {

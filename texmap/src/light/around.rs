@@ -42,7 +42,7 @@ impl Blurred {
 }
 
 /// Where to look.
-pub(super) struct LookUps {
+pub(crate) struct LookUps {
     /// On the octahedral square, 0..=1.
     x: [f32; LANES],
     y: [f32; LANES],
@@ -77,6 +77,17 @@ impl LookUps {
         (down * half + half).store_slice(&mut looks.y);
         (roughness * splat((LEVELS - 1) as f32)).store_slice(&mut looks.level);
         looks
+    }
+
+    /// On the octahedral square, 0..=1.
+    #[inline(always)]
+    pub(crate) fn on_square(&self, lane: usize) -> [f32; 2] {
+        [self.x[lane], self.y[lane]]
+    }
+
+    #[inline(always)]
+    pub(crate) fn roughness(&self, lane: usize) -> f32 {
+        self.level[lane] * (1.0 / (LEVELS - 1) as f32)
     }
 }
 

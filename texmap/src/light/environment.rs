@@ -5,7 +5,7 @@
 //! surfaces in nine spherical harmonics (Ramamoorthi and Hanrahan 2001); and the table of reflectance. A lobe's mean is
 //! taken from copies of the map that are as coarse as its samples are apart (Křivánek and Colbert 2008).
 //!
-//! Small bright lights are kept apart (`suns`). Limits: a lobe in blurred light does not stretch at grazing angles; light comes from infinitely far away and nothing shadows it.
+//! Small bright lights are kept apart (`suns`). Limits: a lobe in blurred light does not stretch at grazing angles; light comes from infinitely far away.
 
 use glam::{Quat, Vec3, Vec4};
 use rayon::prelude::*;
@@ -14,6 +14,8 @@ use resample_mesh::scene::Surroundings;
 use crate::light::around::{Blurred, LEVELS, direction_of_texel, folded, square_from_direction};
 use crate::light::reflectance::{Reflectance, half_vector, visibility};
 use crate::light::suns::{self, Sun};
+use crate::options::Shadows;
+use crate::shadow::sky::{DIRECTIONS, GROUND_DIRECTIONS, Sky};
 
 /// Texels along the sides of the maps: a lobe spans a few texels of its own.
 const SIDES: [usize; LEVELS] = [256, 256, 128, 128, 64, 64, 32, 32, 32, 32, 32, 32, 32];
@@ -38,6 +40,9 @@ pub(crate) struct Environment {
     pub(crate) reflectance: Reflectance,
     /// Lights that are not in the levels from [`WITHOUT_SUNS`] on.
     pub(crate) suns: Vec<Sun>,
+    /// All light but theirs, where something may block it: for a mesh, and for a ground.
+    pub(crate) sky: Option<Box<Sky>>,
+    pub(crate) sky_of_ground: Option<Box<Sky>>,
 }
 
 /// Radiance on the octahedral square, with a border of one texel.
@@ -51,7 +56,7 @@ struct Map {
 
 impl Environment {
     /// The built-in studio, or the surroundings of a picture, turned about +y by an angle in radians.
-    pub(crate) fn new(picture: Option<&Surroundings>, turn_rad: f32) -> Self {
+    pub(crate) fn new(picture: Option<&Surroundings>, turn_rad: f32, shadows: Shadows) -> Self {
         let turn = Quat::from_rotation_y(-turn_rad);
         let coarser = Map::sharp(picture, turn).with_coarser();
         let mut without = None;
@@ -68,6 +73,17 @@ impl Environment {
                 .find(|map| map.side <= 64)
                 .unwrap_or(&coarser[0]),
         );
+        let sky = |directions: usize| {
+            let maps = without.as_ref().unwrap_or(&coarser);
+            // Cells of the sky are as large as the texels of this map.
+            let map = maps.iter().find(|map| map.side <= 128).unwrap_or(&maps[0]);
+            Box::new(Sky::new(
+                |direction| map.at(direction).truncate(),
+                directions,
+            ))
+        };
+        let sky_of_ground = (shadows == Shadows::Ground).then(|| sky(GROUND_DIRECTIONS));
+        let sky = (shadows != Shadows::None).then(|| sky(DIRECTIONS));
         let of_level = |level: usize| match &without {
             Some(without) if level >= WITHOUT_SUNS => without,
             _ => &coarser,
@@ -86,6 +102,8 @@ impl Environment {
             irradiance,
             reflectance: Reflectance::new(),
             suns,
+            sky,
+            sky_of_ground,
         }
     }
 }
@@ -226,6 +244,19 @@ fn blurred(maps: &[Map], level: usize) -> Map {
     })
 }
 
+/// Of the mean over the sphere: 1 / (mean of the basis' square) and the cosine's factors 1, 2/3, 1/4.
+pub(crate) const FACTORS: [f32; 9] = [
+    1.0,
+    3.0 * 2.0 / 3.0,
+    3.0 * 2.0 / 3.0,
+    3.0 * 2.0 / 3.0,
+    15.0 / 4.0,
+    15.0 / 4.0,
+    15.0 / 4.0,
+    1.25 / 4.0,
+    3.75 / 4.0,
+];
+
 /// See [`Environment::irradiance`]: the nine products with the cosine's own harmonics.
 fn irradiance(map: &Map) -> [Vec3; 9] {
     let mut sums = [Vec3::ZERO; 9];
@@ -242,18 +273,6 @@ fn irradiance(map: &Map) -> [Vec3; 9] {
             *sum += radiance * (solid * basis);
         }
     }
-    // Of the mean over the sphere: 1 / (mean of the basis' square) and the cosine's factors 1, 2/3, 1/4.
-    const FACTORS: [f32; 9] = [
-        1.0,
-        3.0 * 2.0 / 3.0,
-        3.0 * 2.0 / 3.0,
-        3.0 * 2.0 / 3.0,
-        15.0 / 4.0,
-        15.0 / 4.0,
-        15.0 / 4.0,
-        1.25 / 4.0,
-        3.75 / 4.0,
-    ];
     let mut scaled = sums;
     for (sum, factor) in scaled.iter_mut().zip(FACTORS) {
         *sum *= factor / whole;
@@ -261,7 +280,7 @@ fn irradiance(map: &Map) -> [Vec3; 9] {
     scaled
 }
 
-fn basis(d: Vec3) -> [f32; 9] {
+pub(crate) fn basis(d: Vec3) -> [f32; 9] {
     [
         1.0,
         d.x,
@@ -395,7 +414,7 @@ mod tests {
             height: 4,
             rgb: vec![[2.0; 3]; 32],
         };
-        let environment = Environment::new(Some(&white), 0.3);
+        let environment = Environment::new(Some(&white), 0.3, Shadows::None);
         for [r, g, b, _, next @ .., _] in environment.blurred.texels() {
             for light in [r, g, b].into_iter().chain(next) {
                 assert!((light - 2.0).abs() < 1e-4, "{light}");

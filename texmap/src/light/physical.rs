@@ -8,6 +8,8 @@
 //! Takes [`Inputs`]; gives reflected light, linear. Metal and paint in one footprint each have their own mean colour and, as [`Lobe`] says, their own
 //! roughness. Limits: within each, colour and roughness are taken to be independent.
 
+use std::f32::consts::PI;
+
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
@@ -16,8 +18,11 @@ use glam::Vec4;
 use crate::light::around::{LEVELS, LookUps, four, look_around};
 use crate::light::environment::{Environment, WITHOUT_SUNS};
 use crate::light::reflectance;
-use crate::light::suns::LitSurface;
+use crate::light::suns::{LitSurface, MOST};
 use crate::screen::{LANES, Lanes};
+use crate::shadow::BlockedLight;
+use crate::shadow::bake::PlaceLight;
+use crate::shadow::look::PixelLights;
 
 /// The reflectance of a dielectric at normal incidence: an index of refraction of 1.5.
 const DIELECTRIC: f32 = 0.04;
@@ -47,6 +52,8 @@ pub(crate) struct Inputs {
     pub(crate) open: Lanes,
     /// Mean square of the distance of normals from their mean.
     pub(crate) variance: Lanes,
+    /// Where the scene blocks light.
+    pub(crate) pixels: PixelLights,
 }
 
 impl Default for Inputs {
@@ -62,19 +69,28 @@ impl Default for Inputs {
             roughness_variance: [0.0; LANES],
             open: [1.0; LANES],
             variance: [0.0; LANES],
+            pixels: PixelLights::default(),
         }
     }
+}
+
+/// The light around a scene, and how much of it arrives where the scene blocks it.
+#[derive(Clone, Copy)]
+pub(crate) struct Surrounding<'a> {
+    pub(crate) environment: &'a Environment,
+    pub(crate) blocked: Option<&'a BlockedLight>,
 }
 
 /// Reflects light at the first `count` places.
 #[simd]
 pub(crate) fn reflect<S: Simd>(
     simd: S,
-    environment: &Environment,
-    inputs: &Inputs,
+    around: Surrounding,
+    inputs: &mut Inputs,
     count: usize,
     out: &mut [Vec4; LANES],
 ) {
+    let environment = around.environment;
     let splat = |x: f32| f32x16::splat(simd, x);
     let load = |lanes: &Lanes| f32x16::from_slice(simd, lanes);
     let (zero, one) = (splat(0.0), splat(1.0));
@@ -96,9 +112,11 @@ pub(crate) fn reflect<S: Simd>(
         with_metal: load(&inputs.roughness_with_metal),
     };
     let (lobes, count_of_lobes) = varied.lobes(simd);
+    let open = load(&inputs.open);
+    let mut shaded = Shaded::new(simd, around, &mut inputs.pixels, count);
     let mut mirror = [zero; 3];
     let mut once = SingleScattering::new(simd);
-    for lobe in &lobes[..count_of_lobes] {
+    for (number, lobe) in lobes[..count_of_lobes].iter().enumerate() {
         let widened = environment
             .reflectance
             .widened(simd, lobe.roughness, variance);
@@ -107,7 +125,12 @@ pub(crate) fn reflect<S: Simd>(
         let scale = f32x16::from_slice(simd, &even.scale);
         let offset = f32x16::from_slice(simd, &even.offset);
         let directions = ([nx, ny, nz], mirrored);
-        let (seen, lacking) = seen_in_lobe(simd, environment, (&directions, &even), count);
+        // Lobes of one footprint lie around one direction: the first is looked into for both.
+        if number == 0 {
+            shaded.look_into_lobe(simd, &directions, &even, count);
+        }
+        let (seen, lacking) =
+            seen_in_lobe(simd, (environment, &shaded), (&directions, &even), count);
         once.add(lobe, (scale, offset), lobe.metal - metal);
         let dielectric = splat(DIELECTRIC);
         let mut f0 = [zero; 3];
@@ -124,14 +147,15 @@ pub(crate) fn reflect<S: Simd>(
         };
         add_suns(
             simd,
-            environment,
+            (environment, &shaded),
             (&met, lacking * lobe.weight),
             &f0,
             &mut mirror,
         );
     }
     let mut even = [zero; 3];
-    irradiance(simd, environment, [nx, ny, nz], variance, &mut even);
+    let towards = ([nx, ny, nz], variance);
+    irradiance(simd, (environment, &shaded), towards, count, &mut even);
     let footprint = Footprint {
         metal,
         per_metal,
@@ -140,7 +164,7 @@ pub(crate) fn reflect<S: Simd>(
         with_metal,
     };
     let further = footprint.multiple_scattering(simd, &once);
-    let open = load(&inputs.open);
+    let open = shaded.open(simd, (environment, open), towards, &even);
     for k in 0..3 {
         mirror[k] = (mirror[k] + further[k] * even[k]) * open;
     }
@@ -280,16 +304,16 @@ impl<S: Simd> EvenReflection<S> {
 #[inline(always)]
 fn add_suns<S: Simd>(
     simd: S,
-    environment: &Environment,
+    (environment, shaded): (&Environment, &Shaded<S>),
     (met, lacking): (&LitSurface<S>, f32x16<S>),
     f0: &[f32x16<S>; 3],
     mirror: &mut [f32x16<S>; 3],
 ) {
     let splat = |x: f32| f32x16::splat(simd, x);
-    for sun in &environment.suns {
+    for (sun, visible) in environment.suns.iter().zip(&shaded.suns) {
         let [plain, fresnel] = met.lit_by(simd, sun);
         for k in 0..3 {
-            let light = splat(sun.power[k]) * lacking;
+            let light = splat(sun.power[k]) * lacking * *visible;
             mirror[k] += (f0[k] * (plain - fresnel) + fresnel) * light;
         }
     }
@@ -302,7 +326,7 @@ type Directions<S> = ([f32x16<S>; 3], [f32x16<S>; 3]);
 #[inline(always)]
 fn seen_in_lobe<S: Simd>(
     simd: S,
-    environment: &Environment,
+    (environment, shaded): (&Environment, &Shaded<S>),
     ((normal, mirrored), even): (&Directions<S>, &EvenResponse),
     count: usize,
 ) -> ([f32x16<S>; 3], f32x16<S>) {
@@ -327,7 +351,7 @@ fn seen_in_lobe<S: Simd>(
     for (k, sum) in radiance.iter_mut().enumerate() {
         let one = f32x16::from_slice(simd, &seen[0][k]);
         let other = f32x16::from_slice(simd, &seen[1][k]);
-        *sum = (other - one) * second + one;
+        *sum = ((other - one) * second + one) * shaded.lobe;
     }
     (radiance, (lacking[1] - lacking[0]) * second + lacking[0])
 }
@@ -350,20 +374,102 @@ fn load_3<S: Simd>(simd: S, lanes: &[Lanes; 3]) -> [f32x16<S>; 3] {
     ]
 }
 
-/// Irradiance over pi; normals that vary see less of its change.
+/// The light that the scene lets through to sixteen pixels.
+struct Shaded<'a, S: Simd> {
+    /// Lights of places, where the scene blocks them, and those of the pixels.
+    pixels: Option<(&'a [PlaceLight], &'a mut PixelLights)>,
+    /// The share of each sun that arrives.
+    suns: [f32x16<S>; MOST],
+    /// The share of the light in a lobe that arrives.
+    lobe: f32x16<S>,
+}
+
+impl<'a, S: Simd> Shaded<'a, S> {
+    #[inline(always)]
+    fn new(simd: S, around: Surrounding<'a>, pixels: &'a mut PixelLights, count: usize) -> Self {
+        let one = f32x16::splat(simd, 1.0);
+        let mut new = Self {
+            pixels: None,
+            suns: [one; MOST],
+            lobe: one,
+        };
+        let Some(blocked) = around.blocked.filter(|blocked| !blocked.lights.is_empty()) else {
+            return new;
+        };
+        let suns = &around.environment.suns;
+        pixels.find(simd, blocked, suns, count);
+        for k in 0..suns.len().min(MOST) {
+            new.suns[k] = pixels.sun(simd, k, count);
+        }
+        new.pixels = Some((&blocked.lights, pixels));
+        new
+    }
+
+    /// Looks into a lobe, between both of its looks around.
+    #[inline(always)]
+    fn look_into_lobe(
+        &mut self,
+        simd: S,
+        (normal, mirrored): &Directions<S>,
+        even: &EvenResponse,
+        count: usize,
+    ) {
+        let Some((lights, pixels)) = &mut self.pixels else {
+            return;
+        };
+        let second = f32x16::from_slice(simd, &even.part_of_second);
+        let first_turn = f32x16::from_slice(simd, &even.turn[0]);
+        let first_level = f32x16::from_slice(simd, &even.lobe[0]);
+        let turn = (f32x16::from_slice(simd, &even.turn[1]) - first_turn) * second + first_turn;
+        let level = (f32x16::from_slice(simd, &even.lobe[1]) - first_level) * second + first_level;
+        let towards = [
+            normal[0] + (mirrored[0] - normal[0]) * turn,
+            normal[1] + (mirrored[1] - normal[1]) * turn,
+            normal[2] + (mirrored[2] - normal[2]) * turn,
+        ];
+        let at = LookUps::new(simd, &towards, level);
+        self.lobe = pixels.visible(simd, lights, &at, count);
+    }
+
+    /// The share of light that maps of occlusion let through, beside what the scene blocks already: they hold that, too.
+    #[inline(always)]
+    fn open(
+        &self,
+        simd: S,
+        (environment, open): (&Environment, f32x16<S>),
+        (normal, variance): ([f32x16<S>; 3], f32x16<S>),
+        even: &[f32x16<S>; 3],
+    ) -> f32x16<S> {
+        let one = f32x16::splat(simd, 1.0);
+        if self.pixels.is_none() || !open.simd_lt(one).any_true() {
+            return open;
+        }
+        let mut all = [f32x16::splat(simd, 0.0); 3];
+        let basis = softened_basis(simd, normal, variance);
+        for (part, light) in basis.iter().zip(&environment.irradiance) {
+            for (sum, light) in all.iter_mut().zip(light.to_array()) {
+                *sum += *part * f32x16::splat(simd, light);
+            }
+        }
+        let least = f32x16::splat(simd, 1e-6);
+        let arriving = (even[0] + even[1] + even[2]).max(least);
+        let unblocked = (all[0] + all[1] + all[2]).max(least);
+        (open * unblocked / arriving).min(one)
+    }
+}
+
+/// The functions that irradiance is a sum of; normals that vary see less of its change.
 #[inline(always)]
-fn irradiance<S: Simd>(
+fn softened_basis<S: Simd>(
     simd: S,
-    environment: &Environment,
     [x, y, z]: [f32x16<S>; 3],
     variance: f32x16<S>,
-    out: &mut [f32x16<S>; 3],
-) {
+) -> [f32x16<S>; 9] {
     let splat = |v: f32| f32x16::splat(simd, v);
     let (zero, one) = (splat(0.0), splat(1.0));
     let first = (one - splat(0.5) * variance).max(zero);
     let second = (one - splat(1.5) * variance).max(zero);
-    let basis = [
+    [
         one,
         x * first,
         y * first,
@@ -373,7 +479,37 @@ fn irradiance<S: Simd>(
         z * x * second,
         (splat(3.0) * y * y - one) * second,
         (z * z - x * x) * second,
-    ];
+    ]
+}
+
+/// Irradiance over pi.
+#[inline(always)]
+fn irradiance<S: Simd>(
+    simd: S,
+    (environment, shaded): (&Environment, &Shaded<S>),
+    (normal, variance): ([f32x16<S>; 3], f32x16<S>),
+    count: usize,
+    out: &mut [f32x16<S>; 3],
+) {
+    let splat = |v: f32| f32x16::splat(simd, v);
+    let zero = splat(0.0);
+    let basis = softened_basis(simd, normal, variance);
+    if let Some((_, pixels)) = &shaded.pixels {
+        let mut by_lane = [[0.0; LANES]; 9];
+        for (function, lanes) in basis.iter().zip(&mut by_lane) {
+            function.store_slice(lanes);
+        }
+        pixels.irradiance(simd, &by_lane, count, out);
+        for (sun, visible) in environment.suns.iter().zip(&shaded.suns) {
+            let [x, y, z] = sun.direction.to_array();
+            let cosine = normal[0] * splat(x) + normal[1] * splat(y) + normal[2] * splat(z);
+            let part = cosine.max(zero) * *visible * splat(1.0 / PI);
+            for (sum, power) in out.iter_mut().zip(sun.power.to_array()) {
+                *sum += part * splat(power);
+            }
+        }
+        return;
+    }
     for (part, light) in basis.iter().zip(&environment.irradiance) {
         let [r, g, b] = light.to_array();
         out[0] = part.mul_add(splat(r), out[0]);

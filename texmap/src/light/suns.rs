@@ -44,7 +44,7 @@ const PART: [f32; 2] = [0.01, 0.02];
 const CONTRAST: [f32; 2] = [8.0, 16.0];
 
 /// Most lights: each is a formula a pixel.
-const MOST: usize = 4;
+pub(crate) const MOST: usize = 4;
 
 /// Most bright spots that are looked at. A guess.
 const MOST_SPOTS: usize = 24;

@@ -65,6 +65,13 @@ impl Pyramid {
 }
 
 impl Pyramid {
+    /// The mean of all texels: the last level.
+    pub(crate) fn mean(&self) -> Vec4 {
+        self.levels
+            .last()
+            .map_or(Vec4::ONE, |level| level.texel(0, 0, self.wrap))
+    }
+
     /// Returns true if texels of both lie at the same places, level by level, with the same filters.
     pub(crate) fn is_alike(&self, other: &Self) -> bool {
         // Levels and their filters follow from these.

@@ -18,12 +18,14 @@ use glam::{DVec2, DVec3, Vec3, Vec4};
 
 use crate::light::Environment;
 use crate::light::tangents::{self, Tangents};
-use crate::options::{RenderOptions, Shade};
+use crate::options::{RenderOptions, Shade, Shadows};
 use crate::prepare::charts::{Charts, Neighbour, neighbours};
 pub(crate) use crate::prepare::maps::{MAPS, METALS, NORMALS, OCCLUSION, ROUGHNESS};
 use crate::prepare::maps::{Pictures, TexelUse, Used, VaryingMetals, per_base};
 use crate::prepare::mip::Pyramid;
 use crate::prepare::no_emission::black_around;
+use crate::shadow::BlockedLight;
+use crate::shadow::ground::{UNLIT, ground};
 use resample_mesh::scene::{
     AlphaMode, Lighting, Magnify, Material, Mesh, Scene, Sides, TextureUse, Wrap,
 };
@@ -36,6 +38,8 @@ pub(crate) struct Prepared {
     pub(crate) pyramids: Vec<Pyramid>,
     /// Light from all around, where a material reflects it.
     pub(crate) environment: Option<Arc<Environment>>,
+    /// How much of it arrives, where the mesh blocks it.
+    pub(crate) blocked: Option<Arc<BlockedLight>>,
 }
 
 /// Triangles of one material.
@@ -141,7 +145,7 @@ impl Prepared {
         let mut prepared = Self::default();
         let mut keys = Keys::default();
         for material in &scene.materials {
-            let material = prepared.material(scene, material, options.shade, &mut keys);
+            let material = prepared.material(scene, material, options, &mut keys);
             prepared.materials.push(material);
         }
         prepared.meshes = scene
@@ -161,19 +165,59 @@ impl Prepared {
         prepared.environment = prepared.materials.iter().any(reflects).then(|| {
             let picture = scene.surroundings.as_deref();
             let turn_rad = options.environment_turn_deg.to_radians() as f32;
-            Arc::new(Environment::new(picture, turn_rad))
+            Arc::new(Environment::new(picture, turn_rad, options.shadows))
         });
+        let sky = prepared
+            .environment
+            .as_ref()
+            .and_then(|light| light.sky.as_ref());
+        prepared.blocked = sky.map(|sky| {
+            let of_scene = (
+                &prepared.meshes[..],
+                &prepared.materials[..],
+                &prepared.pyramids[..],
+            );
+            Arc::new(BlockedLight::new(of_scene, sky, options.simd.resolve()))
+        });
+        if let (Shadows::Ground, Some(blocked), Some(environment)) =
+            (options.shadows, &prepared.blocked, &prepared.environment)
+        {
+            let simd = options.simd.resolve();
+            if let Some(ground) = ground((blocked, environment), scene.origin_in_world, simd) {
+                prepared.append(Self::new(&ground, &UNLIT));
+            }
+        }
         prepared
+    }
+
+    /// Adds the meshes of another scene, which no light of surroundings falls on.
+    fn append(&mut self, other: Self) {
+        let (materials, pyramids) = (self.materials.len(), self.pyramids.len());
+        self.meshes
+            .extend(other.meshes.into_iter().map(|mesh| PreparedMesh {
+                material: mesh.material + materials,
+                ..mesh
+            }));
+        self.materials.extend(
+            other
+                .materials
+                .into_iter()
+                .map(|material| PreparedMaterial {
+                    base: material.base.map(|base| base + pyramids),
+                    ..material
+                }),
+        );
+        self.pyramids.extend(other.pyramids);
     }
 
     fn material(
         &mut self,
         scene: &Scene,
         material: &Material,
-        shade: Shade,
+        options: &RenderOptions,
         keys: &mut Keys,
     ) -> PreparedMaterial {
-        let light = light_kind(shade, material);
+        let light = light_kind(options, material);
         let Keys {
             pyramids: keys,
             varying,
@@ -208,11 +252,12 @@ impl Prepared {
     }
 }
 
-fn light_kind(shade: Shade, material: &Material) -> LightKind {
-    match (shade, material.lighting) {
+fn light_kind(options: &RenderOptions, material: &Material) -> LightKind {
+    let is_physical = material.physical.is_some() || options.shadows != Shadows::None;
+    match (options.shade, material.lighting) {
         (Shade::Unlit, _) | (Shade::Auto | Shade::Pbr, Lighting::Unlit) => LightKind::None,
         (Shade::Pbr, Lighting::Lit) => LightKind::Physical,
-        (Shade::Auto, Lighting::Lit) if material.physical.is_some() => LightKind::Physical,
+        (Shade::Auto, Lighting::Lit) if is_physical => LightKind::Physical,
         (Shade::Headlight, _) | (Shade::Auto, Lighting::Lit) => LightKind::Headlight,
         (Shade::Lambert, _) => LightKind::Lambert,
     }

@@ -17,6 +17,8 @@ use crate::prepare::{
 };
 use crate::project::cull::{Facing, ScreenTriangle};
 use crate::screen::{IOTA, LANES, Lanes, Plane, SPAN_HEIGHT, SPAN_WIDTH, moved, narrow, value};
+use crate::shadow::BlockedLight;
+use crate::shadow::look::LitTriangle;
 
 /// A texture's coordinates over the tile.
 #[derive(Clone, Copy, Debug)]
@@ -61,6 +63,8 @@ pub(crate) struct SurfaceMaps {
     pub(crate) tangent: [Plane; 3],
     /// Sign of normal x tangent.
     pub(crate) side: f32,
+    /// Where the scene blocks light.
+    pub(crate) lit: Option<LitTriangle>,
 }
 
 /// How a map of light lies over the tile.
@@ -182,6 +186,29 @@ fn flat_normal(triangle: &ScreenTriangle, mesh: &PreparedMesh) -> [[f32; 3]; 3] 
     normal.to_array().map(|n| [0.0, 0.0, n as f32])
 }
 
+/// A triangle whose light is found at places.
+fn lit_triangle(
+    blocked: &BlockedLight,
+    (mesh, triangle, side): (&PreparedMesh, &ScreenTriangle, usize),
+    shares: [Plane; 2],
+) -> Option<LitTriangle> {
+    let index = triangle.seen.triangle as usize;
+    let grids = &blocked.grids.meshes[triangle.seen.mesh as usize];
+    let grid = *grids.grids[side].get(index).filter(|grid| grid.steps > 0)?;
+    let flip = [1.0, -1.0][side];
+    let flat = triangle.flat_normal(mesh).normalize_or_zero().as_vec3();
+    let corners = mesh.triangles[index].map(|i| {
+        let normal = mesh.normals.get(i as usize);
+        let normal = normal.map_or(flat, |n| Vec3::from(*n).normalize_or_zero() * flip);
+        (Vec3::from(mesh.positions[i as usize]), normal)
+    });
+    Some(LitTriangle {
+        shares,
+        grid,
+        corners,
+    })
+}
+
 impl Surface {
     /// The triangle as the tile sees it; `seen_px` is a position of the tile, from its corner, where it is seen.
     pub(crate) fn new(tile: &TileView, triangle: &ScreenTriangle, seen_px: [f32; 2]) -> Self {
@@ -240,6 +267,11 @@ impl Surface {
                 maps: [0, 1, 2, 3].map(map),
                 tangent: [tangent(0), tangent(1), tangent(2)],
                 side: flip as f32 * tangents[0][3],
+                lit: tile.scene.blocked.as_ref().and_then(|blocked| {
+                    let shares = [plane([1.0, 0.0, 0.0]), plane([0.0, 1.0, 0.0])];
+                    let side = usize::from(triangle.seen.facing == Facing::Back);
+                    lit_triangle(blocked, (mesh, triangle, side), shares)
+                }),
             })
         });
         let over_w = plane([1.0; 3]);

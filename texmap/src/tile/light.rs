@@ -9,11 +9,12 @@ use glam::{Vec3, Vec4};
 use resample_core::dispatch;
 use resample_mesh::scene::AlphaMode;
 
-use crate::light::physical::{Inputs, reflect};
+use crate::light::physical::{Inputs, Surrounding, reflect};
 use crate::prepare::maps::{mean_normal, variance_within};
 use crate::prepare::{MAPS, METALS, NORMALS, PreparedPhysical, ROUGHNESS};
 use crate::project::surface::{Batch, MapPlanes, Surface, SurfaceMaps};
 use crate::screen::{LANES, Lanes, value};
+use crate::shadow::look::OnTriangle;
 use crate::texture::ellipse::PIXEL_VARIANCE;
 use crate::tile::task::Tile;
 use crate::tile::texels::{BASE, EMISSIVE, FIRST_MAP, Texels, look_up_batch};
@@ -119,6 +120,9 @@ impl LightBatch {
             self.inputs.eye[k][lane] = eye[k];
         }
         self.inputs.variance[lane] = variance + of_surface * PIXEL_VARIANCE;
+        if let Some(on) = on_triangle(tile, (surface, maps)) {
+            self.inputs.pixels.put_pixel(lane, &on, sample.at_px);
+        }
         self.pixels[lane] = Pixel {
             place,
             scale: own.scale * weight,
@@ -133,12 +137,12 @@ impl LightBatch {
     /// Lights all pixels that wait.
     pub(crate) fn finish(&mut self, tile: &Tile, rgba: &mut [[f32; 4]]) {
         let count = std::mem::take(&mut self.count);
-        let Some(environment) = tile.frame.scene.environment.as_ref().filter(|_| count > 0) else {
+        let Some(around) = surrounding(tile).filter(|_| count > 0) else {
             return;
         };
         let mut lit = [Vec4::ZERO; LANES];
-        let inputs = &self.inputs;
-        dispatch!(tile.frame.simd, simd => reflect(simd, environment, inputs, count, &mut lit));
+        let inputs = &mut self.inputs;
+        dispatch!(tile.frame.simd, simd => reflect(simd, around, inputs, count, &mut lit));
         for (pixel, lit) in self.pixels[..count].iter().zip(lit) {
             let sum = &mut rgba[pixel.place];
             *sum = (Vec4::from(*sum) + lit * pixel.scale + pixel.added).to_array();
@@ -187,6 +191,30 @@ pub(crate) fn shaded(
     (factor * base * (weight * light) + emitted)
         .truncate()
         .extend(alpha)
+}
+
+/// The light around the scene.
+fn surrounding<'a>(tile: &'a Tile) -> Option<Surrounding<'a>> {
+    let scene = tile.frame.scene;
+    Some(Surrounding {
+        environment: scene.environment.as_deref()?,
+        blocked: scene.blocked.as_deref(),
+    })
+}
+
+/// A surface with places where light is known.
+#[inline(always)]
+fn on_triangle<'a>(
+    tile: &'a Tile,
+    (surface, maps): (&'a Surface, &'a SurfaceMaps),
+) -> Option<OnTriangle<'a>> {
+    let blocked = tile.frame.scene.blocked.as_deref()?;
+    Some(OnTriangle {
+        grids: &blocked.grids,
+        triangle: maps.lit.as_ref()?,
+        over_w: &surface.over_w,
+        above: blocked.above,
+    })
 }
 
 /// A normal of tangent space in the world, and how much the surface's own normal changes from pixel to pixel, squared.
@@ -263,6 +291,14 @@ pub(crate) struct BatchBuffers {
     inputs: Inputs,
 }
 
+impl BatchBuffers {
+    /// Begins another surface.
+    #[inline(always)]
+    pub(crate) fn begin_surface(&mut self) {
+        self.inputs.pixels.forget();
+    }
+}
+
 /// The premultiplied colours of a batch, in `out`.
 #[inline(always)]
 pub(crate) fn shade_batch<S: Simd>(
@@ -306,23 +342,27 @@ fn reflect_batch<S: Simd>(
     out: &mut [Vec4; LANES],
 ) {
     let BatchBuffers { texels, inputs } = buffers;
-    let (Some(environment), Some(physical)) = (
-        &tile.frame.scene.environment,
+    let (Some(around), Some(physical)) = (
+        surrounding(tile),
         &surface.material(tile.frame.scene).physical,
     ) else {
         return;
     };
     let (mut scales, mut added) = ([0.0; LANES], [Vec4::ZERO; LANES]);
+    let on = on_triangle(tile, (surface, maps));
     for k in 0..batch.count {
         let of = |texture: usize| texels.colours[texture][k];
         let own = unlit_colour(tile, surface, batch.at(k), (of(BASE), of(EMISSIVE)));
         let of_maps = [0, 1, 2, 3].map(|map: usize| of(FIRST_MAP + map));
         put(physical, maps, (&of_maps, &own), k, inputs);
         (scales[k], added[k]) = (own.scale, own.added);
+        if let Some(on) = &on {
+            inputs.pixels.put_subpixel(k, on, batch.at(k));
+        }
     }
     take_normals(maps, batch.count, texels, inputs);
     turn_normals(tile, simd, (surface, maps, batch), inputs);
-    reflect(simd, environment, inputs, batch.count, out);
+    reflect(simd, around, inputs, batch.count, out);
     for k in 0..batch.count {
         out[k] = out[k] * scales[k] + added[k];
     }

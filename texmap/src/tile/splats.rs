@@ -183,6 +183,7 @@ fn lay_runs<S: Simd>(
         let Some(surface) = &surfaces[runs[0].id as usize] else {
             continue;
         };
+        buffers.begin_surface();
         let mut count = 0;
         for (k, run) in runs.iter().enumerate() {
             let mut done = 0;
