@@ -15,7 +15,6 @@ use crate::light::around::{Blurred, LEVELS, direction_of_texel, folded, square_f
 use crate::light::reflectance::{Reflectance, half_vector, visibility};
 use crate::light::suns::{self, Sun};
 use crate::options::Shadows;
-use crate::shadow::sky::{DIRECTIONS, GROUND_DIRECTIONS, Sky};
 
 /// Texels along the sides of the maps: a lobe spans a few texels of its own.
 const SIDES: [usize; LEVELS] = [256, 256, 128, 128, 64, 64, 32, 32, 32, 32, 32, 32, 32];
@@ -40,14 +39,13 @@ pub(crate) struct Environment {
     pub(crate) reflectance: Reflectance,
     /// Lights that are not in the levels from [`WITHOUT_SUNS`] on.
     pub(crate) suns: Vec<Sun>,
-    /// All light but theirs, where something may block it: for a mesh, and for a ground.
-    pub(crate) sky: Option<Box<Sky>>,
-    pub(crate) sky_of_ground: Option<Box<Sky>>,
+    /// All light but theirs, where something may block it.
+    pub(crate) sky: Option<Map>,
 }
 
 /// Radiance on the octahedral square, with a border of one texel.
 #[derive(Clone, Debug)]
-struct Map {
+pub(crate) struct Map {
     /// Texels along a side, without the border.
     pub(crate) side: usize,
     /// Rows of `side` + 2 texels.
@@ -73,17 +71,12 @@ impl Environment {
                 .find(|map| map.side <= 64)
                 .unwrap_or(&coarser[0]),
         );
-        let sky = |directions: usize| {
+        let sky = (shadows != Shadows::None).then(|| {
             let maps = without.as_ref().unwrap_or(&coarser);
-            // Cells of the sky are as large as the texels of this map.
-            let map = maps.iter().find(|map| map.side <= 128).unwrap_or(&maps[0]);
-            Box::new(Sky::new(
-                |direction| map.at(direction).truncate(),
-                directions,
-            ))
-        };
-        let sky_of_ground = (shadows == Shadows::Ground).then(|| sky(GROUND_DIRECTIONS));
-        let sky = (shadows != Shadows::None).then(|| sky(DIRECTIONS));
+            // Cells of a sky are as large as the texels of this map.
+            let map = maps.iter().find(|map| map.side <= 128);
+            map.unwrap_or(&maps[0]).clone()
+        });
         let of_level = |level: usize| match &without {
             Some(without) if level >= WITHOUT_SUNS => without,
             _ => &coarser,
@@ -103,7 +96,6 @@ impl Environment {
             reflectance: Reflectance::new(),
             suns,
             sky,
-            sky_of_ground,
         }
     }
 }

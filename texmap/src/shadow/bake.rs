@@ -259,24 +259,22 @@ fn sum_light<S: Simd>(simd: S, sky: &Sky, (places, seen): (&PlaceLanes, &Seen), 
         if !seen.simd_gt(zero).any_true() {
             continue;
         }
-        for m in 0..HARMONICS {
-            for k in 0..3 {
-                let own = f32x16::splat(simd, part.harmonics[m][k]);
-                harmonics[m][k] = own.mul_add(seen, harmonics[m][k]);
+        for (sums, own) in harmonics.iter_mut().zip(&part.harmonics) {
+            for (sum, own) in sums.iter_mut().zip(own) {
+                *sum = f32x16::splat(simd, *own).mul_add(seen, *sum);
             }
         }
         let cosine = normal.dot(&Vector::splat(simd, part.direction)).max(zero) * seen;
-        for k in 0..3 {
-            exact[k] = f32x16::splat(simd, part.light[k]).mul_add(cosine, exact[k]);
+        for (sum, own) in exact.iter_mut().zip(part.light.to_array()) {
+            *sum = f32x16::splat(simd, own).mul_add(cosine, *sum);
         }
     }
-    for m in 0..HARMONICS {
-        for k in 0..3 {
-            harmonics[m][k].store_slice(&mut sums.harmonics[m][k]);
-        }
+    let found = harmonics.as_flattened().iter();
+    for (found, sum) in found.zip(sums.harmonics.as_flattened_mut()) {
+        found.store_slice(sum);
     }
-    for k in 0..3 {
-        exact[k].store_slice(&mut sums.exact[k]);
+    for (found, sum) in exact.iter().zip(&mut sums.exact) {
+        found.store_slice(sum);
     }
 }
 
@@ -292,13 +290,15 @@ fn finished(
     let finished = |(lane, visible): (usize, [u8; CELLS])| {
         let mut harmonics = [[0.0; 4]; HARMONICS];
         let basis = basis(places.normals[lane]);
-        for k in 0..3 {
-            let mut smooth = 0.0;
-            for m in 0..HARMONICS {
-                harmonics[m][k] = sums.harmonics[m][k][lane];
-                smooth += basis[m] * harmonics[m][k];
+        let mut smooth = [0.0; 3];
+        for ((own, sums), basis) in harmonics.iter_mut().zip(&sums.harmonics).zip(basis) {
+            for k in 0..3 {
+                own[k] = sums[k][lane];
+                smooth[k] += basis * own[k];
             }
-            // The harmonics follow normal maps; where there is none, light is as it was summed.
+        }
+        // The harmonics follow normal maps; where there is none, light is as it was summed.
+        for (k, smooth) in smooth.into_iter().enumerate() {
             harmonics[0][k] += sums.exact[k][lane] - smooth;
         }
         harmonics[0][COUNTS] = 1.0;

@@ -21,6 +21,7 @@ use crate::shadow::BlockedLight;
 use crate::shadow::bake::brightness;
 use crate::shadow::bvh::{Tree, Vector};
 use crate::shadow::places::Place;
+use crate::shadow::sky::{GROUND_DIRECTIONS, Sky};
 use crate::shadow::suns::sun_visible;
 use resample_mesh::scene::{
     AlphaMode, Lighting, Magnify, Material, Mesh, Scene, Sides, Texels, Texture, TextureUse, Wrap,
@@ -69,7 +70,9 @@ pub(crate) fn ground(
         corner: Vec3::from(corner(-1.0, -1.0)),
         texel: 2.0 * half / SIDE as f32,
     };
-    let alphas = square.alphas((blocked, environment), level);
+    let sky = environment.sky.as_ref()?;
+    let sky = Sky::new(|d| sky.at(d).truncate(), GROUND_DIRECTIONS);
+    let alphas = square.alphas((blocked, &sky, &environment.suns), level);
     Some(Scene {
         meshes: vec![Mesh {
             positions: vec![
@@ -124,7 +127,7 @@ type Cell = ([usize; 2], usize);
 
 impl Square {
     /// The share of light that is taken from each texel.
-    fn alphas(&self, light: (&BlockedLight, &Environment), level: Vectors) -> Vec<f32> {
+    fn alphas(&self, light: (&BlockedLight, &Sky, &[Sun]), level: Vectors) -> Vec<f32> {
         let first = SIDE / FIRST_STEP;
         let mut cells: Vec<Cell> = (0..first * first)
             .map(|at| {
@@ -165,12 +168,9 @@ impl Square {
     fn taken(
         &self,
         at: &[[usize; 2]],
-        (blocked, environment): (&BlockedLight, &Environment),
+        (blocked, sky, all_suns): (&BlockedLight, &Sky, &[Sun]),
         level: Vectors,
     ) -> Vec<f32> {
-        let Some(sky) = &environment.sky_of_ground else {
-            return vec![0.0; at.len()];
-        };
         let place = |[x, y]: &[usize; 2]| Place {
             position: self.corner + Vec3::new(*x as f32, 0.0, *y as f32) * self.texel,
             normal: Vec3::Y,
@@ -181,7 +181,7 @@ impl Square {
         let mut suns = vec![0.0; places.len()];
         let mut whole = sky.even(Vec3::Y);
         let per_mean = sky.per_mean();
-        for sun in &environment.suns {
+        for sun in all_suns {
             let power = sun.power.element_sum() * sun.direction.y.max(0.0) / std::f32::consts::PI;
             whole += power * per_mean;
             for (places, suns) in places.chunks(LANES).zip(suns.chunks_mut(LANES)) {
@@ -205,8 +205,8 @@ impl Square {
 fn reached<S: Simd>(simd: S, tree: &Tree, sun: &Sun, places: &[Place], out: &mut Lanes) {
     let mut position = [[0.0; LANES]; 3];
     for (lane, place) in places.iter().enumerate() {
-        for axis in 0..3 {
-            position[axis][lane] = place.position[axis];
+        for (axis, lanes) in position.iter_mut().enumerate() {
+            lanes[lane] = place.position[axis];
         }
     }
     sun_visible(simd, tree, sun, Vector::load(simd, &position)).store_slice(out);

@@ -182,13 +182,13 @@ impl PixelLights {
         count: usize,
     ) -> f32x16<S> {
         let mut visible = [1.0; LANES];
-        for lane in 0..count {
+        for (lane, visible) in visible[..count].iter_mut().enumerate() {
             let pixel = &mut self.pixels[self.of_lane[lane] as usize];
             if pixel.visible < 0.0 {
-                pixel.visible =
-                    pixel.look(lights, (towards.on_square(lane), towards.roughness(lane)));
+                let around = (towards.on_square(lane), towards.roughness(lane));
+                pixel.visible = pixel.look(lights, around);
             }
-            visible[lane] = pixel.visible;
+            *visible = pixel.visible;
         }
         f32x16::from_slice(simd, &visible)
     }
@@ -215,9 +215,8 @@ impl PixelLight {
             corners,
         } = on.triangle;
         let w = 1.0 / value(on.over_w, at_px);
-        // A pixel beyond the edge takes what is at the edge; no number is at a corner.
-        let first = (value(&shares[0], at_px) * w).max(0.0).min(1.0);
-        let second = (value(&shares[1], at_px) * w).max(0.0).min(1.0 - first);
+        let first = within(value(&shares[0], at_px) * w, 1.0);
+        let second = within(value(&shares[1], at_px) * w, 1.0 - first);
         let (x, y) = (first * *steps as f32, second * *steps as f32);
         let i = (x as u32).min(steps - 1);
         let j = (y as u32).min(steps - 1 - i);
@@ -249,24 +248,23 @@ impl PixelLight {
             &lights[b as usize],
             &lights[c as usize],
         ];
-        let mut counted = [0.0; 3];
-        let mut sum = 0.0;
-        for k in 0..3 {
-            counted[k] = self.shares[k] * of[k].harmonics[0][COUNTS];
-            sum += counted[k];
+        let mut counted = self.shares;
+        for (counted, of) in counted.iter_mut().zip(of) {
+            *counted *= of.harmonics[0][COUNTS];
         }
+        let sum = counted[0] + counted[1] + counted[2];
         if sum > 1e-3 {
-            for k in 0..3 {
-                self.shares[k] = counted[k] / sum;
+            for (share, counted) in self.shares.iter_mut().zip(counted) {
+                *share = counted / sum;
             }
         }
-        for m in 0..HARMONICS {
-            let mut mixed = f32x4::splat(simd, 0.0);
-            for k in 0..3 {
-                let own = f32x4::from_slice(simd, &of[k].harmonics[m]);
-                mixed = own.mul_add(f32x4::splat(simd, self.shares[k]), mixed);
+        for (m, mixed) in self.harmonics.iter_mut().enumerate() {
+            let mut sum = f32x4::splat(simd, 0.0);
+            for (of, share) in of.iter().zip(self.shares) {
+                let own = f32x4::from_slice(simd, &of.harmonics[m]);
+                sum = own.mul_add(f32x4::splat(simd, share), sum);
             }
-            mixed.store_slice(&mut self.harmonics[m]);
+            sum.store_slice(mixed);
         }
         self.is_found = true;
     }
@@ -288,6 +286,12 @@ impl PixelLight {
     }
 }
 
+/// A share between 0 and `most`: a pixel beyond the edge takes the light at the edge. What is no number is 0.
+#[inline(always)]
+fn within(share: f32, most: f32) -> f32 {
+    if share > 0.0 { share.min(most) } else { 0.0 }
+}
+
 /// Where to look in a map of visibility.
 struct Taps {
     first: usize,
@@ -306,8 +310,8 @@ impl Taps {
         Self {
             first: STARTS[map] + row * (side + 2) + column,
             stride: side + 2,
-            right: (x - column as f32).max(0.0).min(1.0),
-            lower: (y - row as f32).max(0.0).min(1.0),
+            right: within(x - column as f32, 1.0),
+            lower: within(y - row as f32, 1.0),
         }
     }
 

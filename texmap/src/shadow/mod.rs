@@ -15,12 +15,13 @@ pub(crate) mod ground;
 use glam::Vec3;
 use resample_core::simd::Vectors;
 
+use crate::light::environment::Map;
 use crate::prepare::mip::Pyramid;
 use crate::prepare::{PreparedMaterial, PreparedMesh};
 use crate::shadow::bake::{PlaceLight, bake, mix};
 use crate::shadow::bvh::{Blocker, Tree};
 use crate::shadow::places::{Builder, Grids, ROUNDS};
-use crate::shadow::sky::Sky;
+use crate::shadow::sky::{Sky, directions};
 use resample_mesh::scene::AlphaMode;
 
 /// The light on a scene whose triangles block it.
@@ -36,16 +37,18 @@ pub(crate) struct BlockedLight {
 impl BlockedLight {
     pub(crate) fn new(
         (meshes, materials, pyramids): (&[PreparedMesh], &[PreparedMaterial], &[Pyramid]),
-        sky: &Sky,
+        sky: &Map,
         level: Vectors,
     ) -> Self {
         let blockers = blockers(meshes, materials, pyramids);
         let diagonal = diagonal(&blockers);
         let tree = Tree::new(&blockers);
         let mut builder = Builder::new(meshes, materials, diagonal);
+        let directions = directions(builder.places.len());
+        let sky = Sky::new(|direction| sky.at(direction).truncate(), directions);
         let (mut lights, mut brightness) = (Vec::new(), Vec::new());
         for round in 0..=ROUNDS {
-            let new = bake((&tree, sky), &builder.places[lights.len()..], level);
+            let new = bake((&tree, &sky), &builder.places[lights.len()..], level);
             let (of_round, bright): (Vec<_>, Vec<_>) = new.into_iter().unzip();
             lights.extend(of_round);
             brightness.extend::<Vec<f32>>(bright);
