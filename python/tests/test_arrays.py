@@ -160,6 +160,20 @@ def test_torch(codes):
     assert np.array_equal(fr.volsplat(tensor, **SIZE), fr.volsplat(codes.astype(np.float32), **SIZE))
 
 
+def test_a_mesh_casts_shadows():
+    """A square above a larger one takes light from it; a ground below both takes its shadow."""
+    square = np.array([[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]], np.float32)
+    vertices = np.concatenate([square * 2, square + [0, 1, 0]])
+    faces = np.array([[0, 2, 1], [0, 3, 2], [4, 6, 5], [4, 7, 6]])
+    lit = fr.texmap(vertices, faces, shade="pbr", orbit=(20, 40), **SIZE)
+    shadowed = fr.texmap(vertices, faces, shadows=True, orbit=(20, 40), **SIZE)
+    assert np.array_equal(lit[..., 3], shadowed[..., 3])
+    assert shadowed[..., :3].sum() < 0.98 * lit[..., :3].sum()
+    ground = fr.texmap(vertices, faces, shadows="ground", orbit=(20, 40), **SIZE)
+    beside = (lit[..., 3] == 0) & (ground[..., 3] > 0)
+    assert beside.any() and not ground[beside][:, :3].any()
+
+
 def test_trimesh():
     trimesh = pytest.importorskip("trimesh")
     from PIL import Image

@@ -184,6 +184,7 @@ pub(crate) fn options(drawing: &Drawing) -> Result<Value> {
             let textures = args.model.textures.to_possible_value();
             options["textures"] = json!(textures.map(|value| value.get_name().to_owned()));
             options["shade"] = json!(names::<texmap::Shade>());
+            options["shadows"] = json!(names::<texmap::Shadows>());
             options["method"] = json!(names::<texmap::Method>());
         }
         Drawing::Gaussians(args) => {

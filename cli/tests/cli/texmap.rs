@@ -327,6 +327,7 @@ fn a_white_metal_in_even_light_is_as_bright_as_the_light() {
     let middle = rgb[(36 * width as usize + 32) * 3];
     // sRGB of a quarter is 137.
     assert!((135..=139).contains(&middle), "{middle}");
+    shadows_of_one_triangle(&bench);
     // Runs of one byte: 24 MiB of light in 132 kB.
     let [runs, rest] = [[255, 128], [128 + 16, 128]];
     let row = [
@@ -342,4 +343,34 @@ fn a_white_metal_in_even_light_is_as_bright_as_the_light() {
     assert_eq!(output.status.code(), Some(2));
     let said = stderr(&output);
     assert!(said.contains("wide.hdr: the surroundings take"), "{said}");
+}
+
+/// A ground takes the shadow of a triangle, and shows nothing else; no other light has shadows.
+fn shadows_of_one_triangle(bench: &Bench) {
+    let words = |shadows: &str, out: &str| {
+        format!(
+            "texmap a.gltf --environment even.hdr --size 64x64 --orbit 20,30 {shadows} -o {out}"
+        )
+    };
+    assert_good(&bench.run(&words("--shadows", "out/mesh.png")));
+    assert_good(&bench.run(&words("--shadows=ground", "out/ground.png")));
+    let opened = |name: &str| image::open(bench.path(name)).expect("a picture").to_rgba8();
+    let (mesh, ground) = (opened("out/mesh.png"), opened("out/ground.png"));
+    let mut shadow = 0;
+    for (mesh, ground) in mesh.pixels().zip(ground.pixels()) {
+        match (mesh.0, ground.0) {
+            ([.., 0], [0, 0, 0, alpha]) if alpha > 0 => shadow += 1,
+            // Beside the outline a little of the triangle is in the pixel.
+            ([.., 0], [r, ..]) => assert!(r < 64, "the ground is black, not {r}"),
+            ([.., 255], ground) => assert_eq!(ground, mesh.0),
+            _ => {}
+        }
+    }
+    assert!(shadow > 50, "{shadow} pixels of shadow");
+    assert_refused(
+        bench,
+        &words("--shadows --shade unlit", "out/a.png"),
+        "surroundings",
+    );
+    assert_refused(bench, &words("--shadows=sky", "out/a.png"), "ground");
 }

@@ -162,7 +162,8 @@ impl Prepared {
             })
             .collect();
         let reflects = |material: &PreparedMaterial| material.light == LightKind::Physical;
-        prepared.environment = prepared.materials.iter().any(reflects).then(|| {
+        let is_lit = prepared.materials.iter().any(reflects) || options.shadows == Shadows::Ground;
+        prepared.environment = is_lit.then(|| {
             let picture = scene.surroundings.as_deref();
             let turn_rad = options.environment_turn_deg.to_radians() as f32;
             Arc::new(Environment::new(picture, turn_rad, options.shadows))

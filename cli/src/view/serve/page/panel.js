@@ -31,6 +31,7 @@ function choice(name, option_, words, first, value = option(option_)) {
       remember();
       setOption(option_, select.value || null);
       if (state.scene.volume) settle(option_);
+      if (state.scene.options.shadows) settleShadows(option_);
       changed({ panel: true });
     },
   }, ...[["", first], ...words.map((word) => [word, word])].map(([value, text]) => make("option", { value }, text)));
@@ -290,6 +291,7 @@ function meshPanel() {
   return [
     make("h2", {}, "Surface"),
     choice("light", "shade", options.shade, "as the material says"),
+    choice("shadows", "shadows", options.shadows, "none"),
     textures(),
     choice("texels by", "method", options.method, "hybrid"),
     slider("turn light", { min: -180, max: 180, value: Number(option("environment-turn") ?? 0), text: (x) => `${x.toFixed(0)}\u00b0`,

@@ -81,6 +81,22 @@ function settle(newest) {
   }
 }
 
+// Lights of which a mesh has no shadow.
+const SHADOWLESS = ["unlit", "headlight", "lambert"];
+
+// As settle, for a mesh: shadows are those of its surroundings' light.
+function settleShadows(newest) {
+  const shade = option("shade");
+  if ((option("shadows") ?? "none") === "none" || !SHADOWLESS.includes(shade)) return;
+  if (newest === "shade") {
+    setOption("shadows", "none");
+    note(`${shade} goes without shadows`);
+  } else {
+    setOption("shade", "auto");
+    note(`shadows need the light of the surroundings: ${shade} is off`);
+  }
+}
+
 function option(name) {
   return state.changes[name]?.[0] ?? state.scene.options.set[name] ?? null;
 }
