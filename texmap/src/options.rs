@@ -42,7 +42,7 @@ pub struct RenderOptions {
     #[cfg_attr(feature = "clap", arg(long, value_name = "X,Y,Z", value_parser = direction, default_value = "0.4,1,0.6",
         allow_hyphen_values = true, requires = "shade"))]
     pub light: DVec3,
-    /// What blocks the light of the surroundings: nothing, the mesh, or the mesh above a ground that catches its shadow
+    /// Where the mesh casts shadows in the light of the surroundings: nowhere, on itself, or also on a ground that shows nothing else
     #[cfg_attr(
         feature = "clap",
         arg(long, value_enum, value_name = "WHERE", default_value_t = Shadows::None, num_args = 0..=1, require_equals = true,

@@ -3,17 +3,21 @@
 //! Tiles are cut without regard to the number of threads, and each is owned by one task, so the same bytes come out
 //! on any number of them.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
 use resample_core::tile::TileLists;
 use resample_core::{Camera, Image, Reuse};
 
+use crate::light::blocked::BlockedLight;
 use crate::options::RenderOptions;
 use crate::paper::pixel_look_ups;
 use crate::prepare::Prepared;
 use crate::project::cull::{InView, cull};
 use crate::screen::{TILE_WIDTH, Window, tile_grid};
+use crate::shadow::block_light;
 use crate::stats::FrameStats;
 use crate::tile::planes::add_planes;
 use crate::tile::task::{FrameView, TileImage, near_key};
@@ -25,6 +29,8 @@ use crate::{Error, Scene};
 #[derive(Clone, Debug)]
 pub struct Renderer {
     scene: Prepared,
+    /// The light on its surfaces, where they block it.
+    blocked: Option<Arc<BlockedLight>>,
     options: RenderOptions,
     filter: PixelFilter,
     bounds_in_world: Option<[DVec3; 2]>,
@@ -61,8 +67,11 @@ impl Renderer {
     /// ```
     pub fn new(scene: &Scene, options: &RenderOptions) -> Result<Self, Error> {
         options.validate()?;
+        let mut prepared = Prepared::new(scene, options);
+        let blocked = block_light(scene, &mut prepared, options);
         Ok(Self {
-            scene: Prepared::new(scene, options),
+            scene: prepared,
+            blocked: blocked.map(Arc::new),
             options: options.clone(),
             filter: PixelFilter::new(options.subpixels as usize),
             bounds_in_world: bounds_in_world(scene),
@@ -237,6 +246,7 @@ impl Renderer {
         let clock = StageClock::start();
         let frame = FrameView {
             scene: &self.scene,
+            blocked: self.blocked.as_deref(),
             camera,
             options: &self.options,
             in_view,

@@ -9,7 +9,7 @@ use resample_core::{Camera, Image};
 use resample_tests::meshes::shadows::{Body, Shape, bumpy_ball, first_met, lit, scene};
 use resample_tests::meshes::surroundings::{Reflector, lamps, radiance};
 use resample_tests::volumes::scenes::perspective;
-use texmap::scene::Surroundings;
+use texmap::scene::{Sides, Surroundings};
 use texmap::{RenderOptions, Renderer, Scene, Shade, Shadows};
 
 const SIZE: u32 = 320;
@@ -362,5 +362,25 @@ fn shadows_need_the_light_of_surroundings() {
         };
         let error = Renderer::new(&scene, &options).expect_err("no shadow in this light");
         assert!(error.to_string().contains("surroundings"), "{error}");
+    }
+}
+
+/// Files often turn triangles against their normals: the normals say which side is outside.
+#[test]
+fn triangles_that_turn_against_their_normals_are_lit_as_these_say() {
+    let mut scene = bumpy_ball(24);
+    scene.materials[0].sides = Sides::Both;
+    let camera = camera();
+    let expected = [Shadows::None, Shadows::Mesh].map(|shadows| drawn(&scene, shadows, &camera));
+    for triangle in scene.meshes[0].triangles.iter_mut().step_by(3) {
+        triangle.swap(1, 2);
+    }
+    let turned = [Shadows::None, Shadows::Mesh].map(|shadows| drawn(&scene, shadows, &camera));
+    for (expected, turned) in expected.iter().zip(&turned) {
+        for (a, b) in expected.rgba.iter().zip(&turned.rgba) {
+            for (a, b) in a.iter().zip(b) {
+                assert!((a - b).abs() < 2e-3, "{a} {b}");
+            }
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Light from all around: the environment, and what a surface of metal and roughness reflects of it.
 
 pub(crate) mod around;
+pub(crate) mod blocked;
 pub(crate) mod environment;
 pub(crate) mod physical;
 mod reflectance;

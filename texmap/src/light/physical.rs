@@ -16,13 +16,13 @@ use fearless_simd_macros::simd;
 use glam::Vec4;
 
 use crate::light::around::{LEVELS, LookUps, four, look_around};
+use crate::light::blocked::BlockedLight;
+use crate::light::blocked::look::PixelLights;
+use crate::light::blocked::place::PlaceLight;
 use crate::light::environment::{Environment, WITHOUT_SUNS};
 use crate::light::reflectance;
 use crate::light::suns::{LitSurface, MOST};
 use crate::screen::{LANES, Lanes};
-use crate::shadow::BlockedLight;
-use crate::shadow::bake::PlaceLight;
-use crate::shadow::look::PixelLights;
 
 /// The reflectance of a dielectric at normal incidence: an index of refraction of 1.5.
 const DIELECTRIC: f32 = 0.04;

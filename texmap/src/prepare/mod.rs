@@ -12,6 +12,7 @@ pub(crate) mod mip;
 pub(crate) mod charts;
 pub(crate) mod no_emission;
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, Vec3, Vec4};
@@ -24,8 +25,6 @@ pub(crate) use crate::prepare::maps::{MAPS, METALS, NORMALS, OCCLUSION, ROUGHNES
 use crate::prepare::maps::{Pictures, TexelUse, Used, VaryingMetals, per_base};
 use crate::prepare::mip::Pyramid;
 use crate::prepare::no_emission::black_around;
-use crate::shadow::BlockedLight;
-use crate::shadow::ground::{UNLIT, ground};
 use resample_mesh::scene::{
     AlphaMode, Lighting, Magnify, Material, Mesh, Scene, Sides, TextureUse, Wrap,
 };
@@ -38,8 +37,6 @@ pub(crate) struct Prepared {
     pub(crate) pyramids: Vec<Pyramid>,
     /// Light from all around, where a material reflects it.
     pub(crate) environment: Option<Arc<Environment>>,
-    /// How much of it arrives, where the mesh blocks it.
-    pub(crate) blocked: Option<Arc<BlockedLight>>,
 }
 
 /// Triangles of one material.
@@ -168,31 +165,11 @@ impl Prepared {
             let turn_rad = options.environment_turn_deg.to_radians() as f32;
             Arc::new(Environment::new(picture, turn_rad, options.shadows))
         });
-        let sky = prepared
-            .environment
-            .as_ref()
-            .and_then(|light| light.sky.as_ref());
-        prepared.blocked = sky.map(|sky| {
-            let of_scene = (
-                &prepared.meshes[..],
-                &prepared.materials[..],
-                &prepared.pyramids[..],
-            );
-            Arc::new(BlockedLight::new(of_scene, sky, options.simd.resolve()))
-        });
-        if let (Shadows::Ground, Some(blocked), Some(environment)) =
-            (options.shadows, &prepared.blocked, &prepared.environment)
-        {
-            let simd = options.simd.resolve();
-            if let Some(ground) = ground((blocked, environment), scene.origin_in_world, simd) {
-                prepared.append(Self::new(&ground, &UNLIT));
-            }
-        }
         prepared
     }
 
     /// Adds the meshes of another scene, which no light of surroundings falls on.
-    fn append(&mut self, other: Self) {
+    pub(crate) fn append(&mut self, other: Self) {
         let (materials, pyramids) = (self.materials.len(), self.pyramids.len());
         self.meshes
             .extend(other.meshes.into_iter().map(|mesh| PreparedMesh {
@@ -283,8 +260,29 @@ fn prepared_physical(
     }
 }
 
+/// The mesh; where both sides are seen, with triangles that turn as their normals say, for the side that is seen turns normals round.
+fn turned_as_normals(mesh: &Mesh, sides: Sides) -> Cow<'_, Mesh> {
+    let is_turned = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|i| Vec3::from(mesh.positions[i as usize]));
+        let normals = triangle.map(|i| Vec3::from(mesh.normals[i as usize]));
+        let flat = (b - a).cross(c - a);
+        normals.iter().all(|normal| normal.dot(flat) < 0.0)
+    };
+    if sides == Sides::Front || mesh.normals.is_empty() || !mesh.triangles.iter().any(is_turned) {
+        return Cow::Borrowed(mesh);
+    }
+    let mut turned = mesh.clone();
+    for triangle in &mut turned.triangles {
+        if is_turned(triangle) {
+            triangle.swap(1, 2);
+        }
+    }
+    Cow::Owned(turned)
+}
+
 fn prepared_mesh(scene: &Scene, mesh: &Mesh, prepared: &PreparedMaterial) -> PreparedMesh {
     let material = &scene.materials[mesh.material];
+    let mesh = &*turned_as_normals(mesh, material.sides);
     let uv = |texture: &Option<TextureUse>| {
         texture.map_or_else(Vec::new, |t| texel_coordinates(scene, mesh, &t))
     };

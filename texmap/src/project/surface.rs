@@ -11,14 +11,14 @@ use resample_core::light::{AMBIENT, DIFFUSE};
 use resample_core::{Camera, Projection};
 use resample_mesh::scene::Wrap;
 
+use crate::light::blocked::BlockedLight;
+use crate::light::blocked::look::LitTriangle;
 use crate::prepare::charts::Borders;
 use crate::prepare::{
     LightKind, LightMap, MAPS, NORMALS, Prepared, PreparedMaterial, PreparedMesh,
 };
 use crate::project::cull::{Facing, ScreenTriangle};
 use crate::screen::{IOTA, LANES, Lanes, Plane, SPAN_HEIGHT, SPAN_WIDTH, moved, narrow, value};
-use crate::shadow::BlockedLight;
-use crate::shadow::look::LitTriangle;
 
 /// A texture's coordinates over the tile.
 #[derive(Clone, Copy, Debug)]
@@ -101,6 +101,7 @@ pub(crate) enum Light {
 /// Values shared by all surfaces of a tile.
 pub(crate) struct TileView<'a> {
     pub(crate) scene: &'a Prepared,
+    pub(crate) blocked: Option<&'a BlockedLight>,
     /// Corner of the tile's border, px.
     pub(crate) corner_px: [f64; 2],
     /// Direction of the rays in the world, a plane each.
@@ -121,7 +122,7 @@ pub(crate) struct UvAt {
 
 impl<'a> TileView<'a> {
     pub(crate) fn new(
-        scene: &'a Prepared,
+        (scene, blocked): (&'a Prepared, Option<&'a BlockedLight>),
         camera: &Camera,
         corner_px: [f64; 2],
         light: DVec3,
@@ -142,6 +143,7 @@ impl<'a> TileView<'a> {
         let rays = [0, 1, 2].map(|k| narrow(DVec3::new(rays[0][k], rays[1][k], rays[2][k])));
         Self {
             scene,
+            blocked,
             corner_px,
             rays,
             light: light.normalize_or_zero().as_vec3(),
@@ -267,7 +269,7 @@ impl Surface {
                 maps: [0, 1, 2, 3].map(map),
                 tangent: [tangent(0), tangent(1), tangent(2)],
                 side: flip as f32 * tangents[0][3],
-                lit: tile.scene.blocked.as_ref().and_then(|blocked| {
+                lit: tile.blocked.and_then(|blocked| {
                     let shares = [plane([1.0, 0.0, 0.0]), plane([0.0, 1.0, 0.0])];
                     let side = usize::from(triangle.seen.facing == Facing::Back);
                     lit_triangle(blocked, (mesh, triangle, side), shares)

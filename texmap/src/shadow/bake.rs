@@ -8,37 +8,16 @@ use rayon::prelude::*;
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
-use crate::light::around::{folded, square_from_direction};
+use crate::light::around::folded;
+use crate::light::blocked::bvh::{Rays, Tree, Vector};
+use crate::light::blocked::place::{CELLS, COUNTS, HARMONICS, PlaceLight, SIDES, STARTS, cell_of};
+use crate::light::blocked::sky::{Part, Sky};
 use crate::light::environment::basis;
 use crate::project::cull::Facing;
 use crate::screen::{LANES, Lanes};
-use crate::shadow::bvh::{Rays, Tree, Vector};
 use crate::shadow::places::{Mixed, Place};
-use crate::shadow::sky::{HARMONICS, Part, Sky};
 
-/// Cells along the side of the maps of visibility, the sharpest first.
-pub(crate) const SIDES: [usize; 2] = [8, 4];
-
-/// Where each map begins; each has a border of one cell.
-pub(crate) const STARTS: [usize; 2] = [0, 10 * 10];
-
-/// Cells of all maps.
-pub(crate) const CELLS: usize = 10 * 10 + 6 * 6;
-
-/// Where a place says whether it counts: beside red, green and blue of the first harmonic.
-pub(crate) const COUNTS: usize = 3;
-
-/// What light finds at a place.
-#[derive(Clone, Debug)]
-pub(crate) struct PlaceLight {
-    /// The light that arrives, as the environment's irradiance: nine harmonics of red, green and blue. Beside the first stands 1, or 0 where
-    /// the place lies inside of something and does not count.
-    pub(crate) harmonics: [[f32; 4]; HARMONICS],
-    /// The share of the light from each direction that arrives, in 255ths, on octahedral squares.
-    pub(crate) visible: [u8; CELLS],
-}
-
-/// What sixteen places see of each part of the sky.
+/// The shares of each part of the sky that sixteen places see.
 type Seen = [Lanes];
 
 /// Finds the light of places, and how bright each is, as a part of the even sky.
@@ -364,15 +343,6 @@ fn visibility_maps(sky: &Sky, (places, seen): (&PlaceLanes, &Seen), maps: &mut [
             }
         }
     }
-}
-
-/// The cell of the sharpest maps in which a direction of any length lies.
-pub(crate) fn cell_of(direction: Vec3) -> usize {
-    let [x, y] = square_from_direction(direction).map(|at| {
-        let at = (at * 0.5 + 0.5) * SIDES[0] as f32;
-        (at as usize).min(SIDES[0] - 1)
-    });
-    y * SIDES[0] + x
 }
 
 /// The means of two by two cells.

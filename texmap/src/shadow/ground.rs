@@ -12,20 +12,22 @@ use glam::{DMat2, DVec2, DVec3, Vec3};
 use resample_core::dispatch;
 use resample_core::simd::{SimdLevel, Vectors};
 
-use crate::light::environment::Environment;
+use crate::light::blocked::BlockedLight;
+use crate::light::blocked::bvh::{Tree, Vector};
+use crate::light::blocked::sky::Sky;
+use crate::light::blocked::sun_rays::sun_visible;
 use crate::light::suns::Sun;
 use crate::options::{Method, RenderOptions, Shade, Shadows};
 use crate::project::cull::Facing;
 use crate::screen::{LANES, Lanes};
-use crate::shadow::BlockedLight;
 use crate::shadow::bake::brightness;
-use crate::shadow::bvh::{Tree, Vector};
 use crate::shadow::places::Place;
-use crate::shadow::sky::{GROUND_DIRECTIONS, Sky};
-use crate::shadow::suns::sun_visible;
 use resample_mesh::scene::{
     AlphaMode, Lighting, Magnify, Material, Mesh, Scene, Sides, Texels, Texture, TextureUse, Wrap,
 };
+
+/// Directions of light: on an even ground every step of a shadow is seen.
+pub(super) const DIRECTIONS: usize = 2048;
 
 /// Texels along its side.
 const SIDE: usize = 512;
@@ -43,7 +45,7 @@ const HEIGHTS: f32 = 1.5;
 const FADING: f32 = 0.25;
 
 /// How the ground is drawn.
-pub(crate) const UNLIT: RenderOptions = RenderOptions {
+pub(super) const UNLIT: RenderOptions = RenderOptions {
     method: Method::Hybrid,
     shade: Shade::Unlit,
     environment_turn_deg: 0.0,
@@ -55,11 +57,12 @@ pub(crate) const UNLIT: RenderOptions = RenderOptions {
 };
 
 /// The ground as a scene, or nothing where there is nothing to stand on it.
-pub(crate) fn ground(
-    (blocked, environment): (&BlockedLight, &Environment),
+pub(super) fn ground(
+    light: (&BlockedLight, &Sky, &[Sun]),
     origin_in_world: DVec3,
     level: Vectors,
 ) -> Option<Scene> {
+    let blocked = light.0;
     let [low, high] = blocked.tree.bounds()?;
     let (middle, size) = (0.5 * (low + high), high - low);
     let half = 0.5 * size.x.max(size.z) + HEIGHTS * size.y.max(0.1 * size.x.max(size.z));
@@ -70,9 +73,7 @@ pub(crate) fn ground(
         corner: Vec3::from(corner(-1.0, -1.0)),
         texel: 2.0 * half / SIDE as f32,
     };
-    let sky = environment.sky.as_ref()?;
-    let sky = Sky::new(|d| sky.at(d).truncate(), GROUND_DIRECTIONS);
-    let alphas = square.alphas((blocked, &sky, &environment.suns), level);
+    let alphas = square.alphas(light, level);
     Some(Scene {
         meshes: vec![Mesh {
             positions: vec![

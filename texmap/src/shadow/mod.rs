@@ -1,69 +1,75 @@
 //! Light that a mesh blocks from itself, and the ground that catches its shadow.
 //!
-//! In the order in which data flow: triangles that block light (`bvh`), directions of light (`sky`), places on surfaces (`places`), the light
-//! that reaches each (`bake`), what pixels take of it (`look`), small bright lights that each pixel follows by itself (`suns`), and the ground
-//! (`ground`). Places are found once for a scene, from no view.
+//! Takes a prepared scene, once, from no view; gives the light at places on its surfaces. In the order in which data flow: places (`places`), the light that
+//! reaches each (`bake`), and the ground (`ground`).
 
-pub(crate) mod bvh;
-pub(crate) mod sky;
 pub(crate) mod places;
 pub(crate) mod bake;
-pub(crate) mod look;
-pub(crate) mod suns;
 pub(crate) mod ground;
 
 use glam::Vec3;
-use resample_core::simd::Vectors;
 
-use crate::light::environment::Map;
+use crate::light::blocked::BlockedLight;
+use crate::light::blocked::bvh::{Blocker, Tree};
+use crate::light::blocked::sky::{Sky, directions};
+use crate::options::{RenderOptions, Shadows};
 use crate::prepare::mip::Pyramid;
-use crate::prepare::{PreparedMaterial, PreparedMesh};
-use crate::shadow::bake::{PlaceLight, bake, mix};
-use crate::shadow::bvh::{Blocker, Tree};
-use crate::shadow::places::{Builder, Grids, ROUNDS};
-use crate::shadow::sky::{Sky, directions};
-use resample_mesh::scene::AlphaMode;
+use crate::prepare::{Prepared, PreparedMaterial, PreparedMesh};
+use crate::shadow::bake::{bake, mix};
+use crate::shadow::ground::{UNLIT, ground};
+use crate::shadow::places::{Builder, ROUNDS};
+use resample_mesh::scene::{AlphaMode, Scene};
 
-/// The light on a scene whose triangles block it.
-#[derive(Clone, Debug)]
-pub(crate) struct BlockedLight {
-    pub(crate) grids: Grids,
-    pub(crate) lights: Vec<PlaceLight>,
-    pub(crate) tree: Tree,
-    /// Rays begin this far from surfaces, world units.
-    pub(crate) above: f32,
+/// Finds the light that reaches the surfaces of a scene, and adds a ground to it, as the options have it; `None` without shadows, or without light of
+/// surroundings.
+pub(crate) fn block_light(
+    scene: &Scene,
+    prepared: &mut Prepared,
+    options: &RenderOptions,
+) -> Option<BlockedLight> {
+    let environment = prepared.environment.clone()?;
+    let sky = environment.sky.as_ref()?;
+    let radiance = |direction| sky.at(direction).truncate();
+    let blocked = blocked_light(prepared, &radiance, options);
+    if options.shadows == Shadows::Ground {
+        let sky = Sky::new(radiance, ground::DIRECTIONS);
+        let light = (&blocked, &sky, &environment.suns[..]);
+        if let Some(ground) = ground(light, scene.origin_in_world, options.simd.resolve()) {
+            prepared.append(Prepared::new(&ground, &UNLIT));
+        }
+    }
+    Some(blocked)
 }
 
-impl BlockedLight {
-    pub(crate) fn new(
-        (meshes, materials, pyramids): (&[PreparedMesh], &[PreparedMaterial], &[Pyramid]),
-        sky: &Map,
-        level: Vectors,
-    ) -> Self {
-        let blockers = blockers(meshes, materials, pyramids);
-        let diagonal = diagonal(&blockers);
-        let tree = Tree::new(&blockers);
-        let mut builder = Builder::new(meshes, materials, diagonal);
-        let directions = directions(builder.places.len());
-        let sky = Sky::new(|direction| sky.at(direction).truncate(), directions);
-        let (mut lights, mut brightness) = (Vec::new(), Vec::new());
-        for round in 0..=ROUNDS {
-            let new = bake((&tree, &sky), &builder.places[lights.len()..], level);
-            let (of_round, bright): (Vec<_>, Vec<_>) = new.into_iter().unzip();
-            lights.extend(of_round);
-            brightness.extend::<Vec<f32>>(bright);
-            if round == ROUNDS || !builder.divide(&brightness) {
-                break;
-            }
+fn blocked_light(
+    prepared: &Prepared,
+    radiance: &dyn Fn(Vec3) -> Vec3,
+    options: &RenderOptions,
+) -> BlockedLight {
+    let level = options.simd.resolve();
+    let (meshes, materials) = (&prepared.meshes[..], &prepared.materials[..]);
+    let blockers = blockers(meshes, materials, &prepared.pyramids);
+    let diagonal = diagonal(&blockers);
+    let tree = Tree::new(&blockers);
+    let mut builder = Builder::new(meshes, materials, diagonal);
+    let sky = Sky::new(radiance, directions(builder.places.len()));
+    let (mut lights, mut brightness) = (Vec::new(), Vec::new());
+    for round in 0..=ROUNDS {
+        let new = bake((&tree, &sky), &builder.places[lights.len()..], level);
+        let (of_round, bright): (Vec<_>, Vec<_>) = new.into_iter().unzip();
+        lights.extend(of_round);
+        brightness.extend::<Vec<f32>>(bright);
+        if round == ROUNDS || !builder.divide(&brightness) {
+            break;
         }
-        let (grids, mixed) = builder.finish(meshes.len());
-        mix(&mut lights, &mixed);
-        Self {
-            grids,
-            lights,
-            tree,
-            above: 1e-4 * diagonal,
-        }
+    }
+    let (grids, mixed) = builder.finish(meshes.len());
+    mix(&mut lights, &mixed);
+    BlockedLight {
+        grids,
+        lights,
+        tree,
+        above: 1e-4 * diagonal,
     }
 }
 

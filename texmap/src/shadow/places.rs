@@ -10,6 +10,7 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
+use crate::light::blocked::grids::{Grid, Grids, MeshGrids, at, lift};
 use crate::prepare::{LightKind, PreparedMaterial, PreparedMesh};
 use crate::project::cull::Facing;
 use resample_mesh::scene::Sides;
@@ -60,41 +61,12 @@ pub(crate) struct Mixed {
     pub(crate) share: f32,
 }
 
-/// The places on a triangle: `(steps + 1) (steps + 2) / 2` in rows, from corner 2 towards corner 0, rows towards corner 1.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Grid {
-    /// The first of its indices.
-    pub(crate) start: u32,
-    pub(crate) steps: u32,
-}
-
-/// The grids of a mesh.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct MeshGrids {
-    /// By side, the front first, and by triangle; empty where the side takes no light.
-    pub(crate) grids: [Vec<Grid>; 2],
-}
-
-/// The grids of all meshes.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Grids {
-    pub(crate) meshes: Vec<MeshGrids>,
-    /// Places by grid.
-    pub(crate) indices: Vec<u32>,
-}
-
-/// Index of the place `i` steps towards corner 0 and `j` towards corner 1.
-#[inline(always)]
-pub(crate) fn at(steps: u32, i: u32, j: u32) -> u32 {
-    j * (2 * steps + 3 - j) / 2 + i
-}
-
 /// A corner of triangles that meet smoothly.
 #[derive(Clone, Copy)]
 struct Corner {
     position: Vec3,
     normal: Vec3,
-    /// Mean of the middles of its triangles.
+    /// The middle of its first triangle.
     inside: Vec3,
     side: Facing,
 }
@@ -160,8 +132,6 @@ impl Builder {
     fn add(&mut self, index: usize, mesh: &PreparedMesh, side: usize) {
         let flip = [1.0, -1.0][side];
         let mut known: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
-        let first = self.corners.len();
-        let mut shared = Vec::new();
         for (triangle, ids) in mesh.triangles.iter().enumerate() {
             let positions = ids.map(|i| Vec3::from(mesh.positions[i as usize]));
             let [a, b, c] = positions;
@@ -190,14 +160,10 @@ impl Builder {
                     self.corners.push(Corner {
                         position: positions[k],
                         normal,
-                        inside: Vec3::ZERO,
+                        inside: middle,
                         side: [Facing::Front, Facing::Back][side],
                     });
-                    shared.push((Vec3::ZERO, 0.0));
                 }
-                let (sum, count) = &mut shared[corner as usize - first];
-                *sum += middle;
-                *count += 1.0;
                 corner
             });
             let longest = (b - a).length().max((c - b).length()).max((a - c).length());
@@ -210,9 +176,6 @@ impl Builder {
                 longest,
                 places: Vec::new(),
             });
-        }
-        for (corner, (sum, count)) in self.corners[first..].iter_mut().zip(shared) {
-            corner.inside = sum / count;
         }
     }
 
@@ -279,7 +242,8 @@ impl Builder {
             Some(corner) => corners[corner].inside,
             None => corners.iter().map(|corner| corner.position).sum::<Vec3>() / 3.0,
         };
-        let inward = (middle - position).reject_from_normalized(normal) * (INSIDE / steps as f32);
+        // Within the plane of a triangle: a step within the plane of the mean normal would lead below a surface that curves inwards.
+        let inward = (middle - position) * (INSIDE / steps as f32);
         let step = (middle - position).length() / steps as f32;
         let above = (ABOVE * step)
             .min(1e-4 * self.diagonal)
@@ -293,7 +257,7 @@ impl Builder {
         }
     }
 
-    /// Divides the grids between whose places light bends most, by its brightness at each place; false where none is divided.
+    /// Divides the grids between whose places light bends most, by its brightness at each place; false where nothing is left to divide.
     pub(crate) fn divide(&mut self, brightness: &[f32]) -> bool {
         let bent = |(index, face): (usize, &Face)| {
             let step = face.longest / face.steps.max(1) as f32;
@@ -426,15 +390,4 @@ fn on_edge((from, to): (u32, u32), step: u32, steps: u32) -> OnEdge {
     };
     let halvings = step.trailing_zeros().min(steps.trailing_zeros());
     (low, high, step >> halvings, steps >> halvings)
-}
-
-/// How far a place of a triangle lies below the curved surface that its normals mean (Hanika 2021): else triangles that curve outwards would
-/// shade themselves where light grazes.
-#[inline(always)]
-pub(crate) fn lift(position: Vec3, corners: [(Vec3, Vec3); 3], shares: [f32; 3]) -> Vec3 {
-    let mut sum = Vec3::ZERO;
-    for ((corner, normal), share) in corners.into_iter().zip(shares) {
-        sum -= normal * ((position - corner).dot(normal).min(0.0) * share);
-    }
-    sum
 }

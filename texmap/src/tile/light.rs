@@ -9,12 +9,12 @@ use glam::{Vec3, Vec4};
 use resample_core::dispatch;
 use resample_mesh::scene::AlphaMode;
 
+use crate::light::blocked::look::OnTriangle;
 use crate::light::physical::{Inputs, Surrounding, reflect};
 use crate::prepare::maps::{mean_normal, variance_within};
 use crate::prepare::{MAPS, METALS, NORMALS, PreparedPhysical, ROUGHNESS};
 use crate::project::surface::{Batch, MapPlanes, Surface, SurfaceMaps};
 use crate::screen::{LANES, Lanes, value};
-use crate::shadow::look::OnTriangle;
 use crate::texture::ellipse::PIXEL_VARIANCE;
 use crate::tile::task::Tile;
 use crate::tile::texels::{BASE, EMISSIVE, FIRST_MAP, Texels, look_up_batch};
@@ -198,7 +198,7 @@ fn surrounding<'a>(tile: &'a Tile) -> Option<Surrounding<'a>> {
     let scene = tile.frame.scene;
     Some(Surrounding {
         environment: scene.environment.as_deref()?,
-        blocked: scene.blocked.as_deref(),
+        blocked: tile.frame.blocked,
     })
 }
 
@@ -208,7 +208,7 @@ fn on_triangle<'a>(
     tile: &'a Tile,
     (surface, maps): (&'a Surface, &'a SurfaceMaps),
 ) -> Option<OnTriangle<'a>> {
-    let blocked = tile.frame.scene.blocked.as_deref()?;
+    let blocked = tile.frame.blocked?;
     Some(OnTriangle {
         grids: &blocked.grids,
         triangle: maps.lit.as_ref()?,

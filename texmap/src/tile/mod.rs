@@ -51,7 +51,12 @@ pub(crate) fn draw_tile(
     }
     let corner_px =
         [at[0] * TILE_WIDTH, at[1] * TILE_HEIGHT].map(|px| px as f64 - BORDER_PX as f64);
-    let view = TileView::new(frame.scene, frame.camera, corner_px, frame.options.light);
+    let view = TileView::new(
+        (frame.scene, frame.blocked),
+        frame.camera,
+        corner_px,
+        frame.options.light,
+    );
     let tile = &Tile { frame, view, list };
 
     let start = ThreadClock::start();

@@ -4,6 +4,7 @@ use resample_core::Camera;
 use resample_core::simd::Vectors;
 use resample_mesh::scene::AlphaMode;
 
+use crate::light::blocked::BlockedLight;
 use crate::options::RenderOptions;
 use crate::prepare::Prepared;
 use crate::project::cull::{InView, ScreenTriangle, SeenTriangle};
@@ -16,6 +17,7 @@ use crate::visibility::filter::PixelFilter;
 /// Values shared by all tiles of a frame.
 pub(crate) struct FrameView<'a> {
     pub(crate) scene: &'a Prepared,
+    pub(crate) blocked: Option<&'a BlockedLight>,
     pub(crate) camera: &'a Camera,
     pub(crate) options: &'a RenderOptions,
     pub(crate) in_view: &'a InView,

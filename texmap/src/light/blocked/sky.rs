@@ -7,8 +7,8 @@
 use glam::Vec3;
 
 use crate::light::around::direction_of_texel;
+use crate::light::blocked::place::{HARMONICS, SIDES, cell_of};
 use crate::light::environment::{FACTORS, basis};
-use crate::shadow::bake::{SIDES, cell_of};
 
 /// Directions for places on a mesh, at least and at most: each carries at most two of so many parts of all light. With 256, pictures of balls and plates are 2 dB
 /// farther from the truth than with 384, with 1024 2 to 6 dB nearer.
@@ -16,9 +16,6 @@ const DIRECTIONS: [usize; 2] = [384, 1024];
 
 /// Rays to all places of a mesh, about: a second and a half of one thread.
 const RAYS: usize = 20_000_000;
-
-/// Directions for an even ground, on which every step of a shadow is seen.
-pub(crate) const GROUND_DIRECTIONS: usize = 2048;
 
 /// Directions for so many places.
 pub(crate) fn directions(places: usize) -> usize {
@@ -28,9 +25,6 @@ pub(crate) fn directions(places: usize) -> usize {
 
 /// Cells along the square's side: a power of 2.
 const SIDE: usize = 128;
-
-/// Spherical harmonics of light.
-pub(crate) const HARMONICS: usize = 9;
 
 /// The sky.
 #[derive(Clone, Debug)]

@@ -5,14 +5,13 @@ use fearless_simd::{f32x4, f32x16};
 use glam::Vec3;
 
 use crate::light::around::LookUps;
+use crate::light::blocked::BlockedLight;
+use crate::light::blocked::bvh::Vector;
+use crate::light::blocked::grids::{self, Grid, Grids};
+use crate::light::blocked::place::{COUNTS, HARMONICS, PlaceLight, SIDES, STARTS};
+use crate::light::blocked::sun_rays::sun_visible;
 use crate::light::suns::{MOST, Sun};
 use crate::screen::{LANES, Lanes, Plane, SPAN_WIDTH, value};
-use crate::shadow::BlockedLight;
-use crate::shadow::bake::{COUNTS, PlaceLight, SIDES, STARTS};
-use crate::shadow::bvh::Vector;
-use crate::shadow::places::{self, Grid, Grids};
-use crate::shadow::sky::HARMONICS;
-use crate::shadow::suns::sun_visible;
 
 /// Perceptual roughness up to which lobes see the sharpest map of visibility, and how many maps they climb for a roughness of 1 more. A lobe of GGX has half of
 /// its light within 2 atan(roughness^2) of its middle, a cell of the sharpest map is 13 degrees wide, and of each next one twice that: the cell is as wide
@@ -221,7 +220,7 @@ impl PixelLight {
         let i = (x as u32).min(steps - 1);
         let j = (y as u32).min(steps - 1 - i);
         let (x, y) = (x - i as f32, y - j as f32);
-        let index = |i: u32, j: u32| on.grids.indices[(start + places::at(*steps, i, j)) as usize];
+        let index = |i: u32, j: u32| on.grids.indices[(start + grids::at(*steps, i, j)) as usize];
         let (right, above) = (index(i + 1, j), index(i, j + 1));
         (self.places, self.shares) = if x + y <= 1.0 || i + j + 2 > *steps {
             ([index(i, j), right, above], [1.0 - x - y, x, y])
@@ -236,7 +235,7 @@ impl PixelLight {
         let flat = a.0 * shares[0] + b.0 * shares[1] + c.0 * shares[2];
         let normal = a.1 * shares[0] + b.1 * shares[1] + c.1 * shares[2];
         let above = normal.normalize_or_zero() * on.above;
-        self.position = flat + places::lift(flat, *corners, shares) + above;
+        self.position = flat + grids::lift(flat, *corners, shares) + above;
     }
 
     /// Mixes the light of its places, without those that do not count.

@@ -6,9 +6,9 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use glam::Vec3;
 
+use crate::light::blocked::bvh::{Rays, Tree, Vector};
 use crate::light::suns::Sun;
 use crate::screen::LANES;
-use crate::shadow::bvh::{Rays, Tree, Vector};
 
 /// Rays to the disc of a light: the first, and all of them where the first disagree. With 16, steps of a half shadow are a sixteenth of its light.
 const FIRST: usize = 4;
