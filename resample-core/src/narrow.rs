@@ -103,3 +103,49 @@ pub fn code32(value: f64) -> u32 {
 pub fn whole(value: f64) -> u64 {
     value as u64
 }
+
+/// An index in 32 bits; one that is too great becomes the greatest, which no list of ours holds.
+///
+/// ```
+/// use resample_core::narrow::index32;
+///
+/// assert_eq!(index32(7), 7);
+/// ```
+#[inline(always)]
+pub fn index32(value: usize) -> u32 {
+    value.try_into().unwrap_or(u32::MAX)
+}
+
+/// The index of the cell that a place lies in, counted from 0; 0 before it, and where the place is no number.
+///
+/// ```
+/// use resample_core::narrow::cell;
+///
+/// assert_eq!([cell(2.9), cell(-1.5), cell(f32::NAN)], [2, 0, 0]);
+/// ```
+#[inline(always)]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the conversion saturates, which is what is wanted"
+)]
+pub fn cell(place: f32) -> usize {
+    place as usize
+}
+
+/// The nearest code of 8 bits.
+///
+/// ```
+/// use resample_core::narrow::byte;
+///
+/// assert_eq!([byte(2.4), byte(-1.0), byte(300.0)], [2, 0, 255]);
+/// ```
+#[inline(always)]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the conversion saturates, which is what is wanted"
+)]
+pub fn byte(value: f32) -> u8 {
+    (value + 0.5) as u8
+}

@@ -10,6 +10,7 @@ use texmap::scene::{Lighting, Material, Mesh, Physical, Sides};
 
 use crate::meshes::surroundings::{Reflector, reflected_of};
 use crate::meshes::textured::material;
+use resample_core::narrow::single;
 
 /// A body.
 #[derive(Clone, Copy, Debug)]
@@ -127,8 +128,8 @@ pub fn scene(bodies: &[Body]) -> Scene {
             lighting: Lighting::Lit,
             sides: Sides::Front,
             physical: Some(Physical {
-                metal: metal as f32,
-                roughness: roughness as f32,
+                metal: single(metal),
+                roughness: single(roughness),
                 ..Physical::default()
             }),
             ..material(None)

@@ -16,6 +16,7 @@ use crate::light::environment::basis;
 use crate::project::cull::Facing;
 use crate::screen::{LANES, Lanes};
 use crate::shadow::places::{Mixed, Place};
+use resample_core::narrow::{byte, cell, index32};
 
 /// The shares of each part of the sky that sixteen places see.
 type Seen = [Lanes];
@@ -97,7 +98,7 @@ fn along_curve(places: &[Place]) -> Vec<u32> {
     let code = |place: &Place| {
         let cell = ((place.position - low) * per_unit)
             .to_array()
-            .map(|x| x as u32);
+            .map(|x| index32(cell(x)));
         let mut code = 0_u32;
         for bit in (0..10).rev() {
             for part in cell {
@@ -336,9 +337,9 @@ fn visibility_maps(sky: &Sky, (places, seen): (&PlaceLanes, &Seen), maps: &mut [
                     let at = if is_inside && (1..=side).contains(&x) {
                         [x - 1, y - 1]
                     } else {
-                        folded([x, y].map(|k| k as isize - 1), side)
+                        folded([x, y].map(|k| isize::try_from(k).unwrap_or(0) - 1), side)
                     };
-                    *cell = (map[at[1] * side + at[0]] * 255.0 + 0.5) as u8;
+                    *cell = byte(map[at[1] * side + at[0]] * 255.0);
                 }
             }
         }
@@ -370,7 +371,7 @@ pub(crate) fn mix(places: &mut Vec<PlaceLight>, mixed: &[Mixed]) {
         }
         for (new, other) in new.visible.iter_mut().zip(b.visible) {
             let own = f32::from(*new);
-            *new = (own + (f32::from(other) - own) * one.share + 0.5) as u8;
+            *new = byte(own + (f32::from(other) - own) * one.share);
         }
         places.push(new);
     }

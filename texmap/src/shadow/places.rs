@@ -13,6 +13,7 @@ use glam::Vec3;
 use crate::light::blocked::grids::{Grid, Grids, MeshGrids, at, lift};
 use crate::prepare::{LightKind, PreparedMaterial, PreparedMesh};
 use crate::project::cull::Facing;
+use resample_core::narrow::{cell, index32};
 use resample_mesh::scene::Sides;
 
 /// Most steps along a side of a grid: a power of 2.
@@ -154,7 +155,7 @@ impl Builder {
                 let found = list
                     .iter()
                     .find(|&&i| self.corners[i as usize].normal.dot(normal) >= least);
-                let corner = *found.unwrap_or(&(self.corners.len() as u32));
+                let corner = *found.unwrap_or(&index32(self.corners.len()));
                 if corner as usize == self.corners.len() {
                     list.push(corner);
                     self.corners.push(Corner {
@@ -215,7 +216,7 @@ impl Builder {
 
     /// The place so many steps towards each corner.
     fn place(&mut self, corners: [u32; 3], steps: u32, towards: [u32; 3]) -> u32 {
-        let next = self.places.len() as u32;
+        let next = index32(self.places.len());
         let on: Vec<usize> = (0..3).filter(|&k| towards[k] > 0).collect();
         let known = match on[..] {
             [k] => *self.by_corner.entry(corners[k]).or_insert(next),
@@ -290,7 +291,7 @@ impl Builder {
             }
         }
         let mut mixed = Vec::new();
-        let first = self.places.len() as u32;
+        let first = index32(self.places.len());
         for face in &mut self.faces {
             for k in 0..3 {
                 let l = (k + 1) % 3;
@@ -307,7 +308,7 @@ impl Builder {
                     let of = [low, low + per_step].map(|step| face.places[face.along(k, l, step)]);
                     let share = (step - low) as f32 / per_step as f32;
                     let place = face.along(k, l, step);
-                    face.places[place] = first + mixed.len() as u32;
+                    face.places[place] = first + index32(mixed.len());
                     mixed.push(Mixed { of, share });
                 }
             }
@@ -320,7 +321,7 @@ impl Builder {
             let of_side = &mut grids.meshes[face.mesh].grids[face.side];
             debug_assert_eq!(of_side.len(), face.triangle);
             of_side.push(Grid {
-                start: grids.indices.len() as u32,
+                start: index32(grids.indices.len()),
                 steps: face.steps,
             });
             grids.indices.extend(face.places);
@@ -351,8 +352,8 @@ impl Face {
 
     /// How many steps make none longer than `step`, if that is not too many.
     fn steps_of(&self, step: f32) -> u32 {
-        let steps = (self.longest / step).ceil().clamp(1.0, MOST_STEPS as f32) as u32;
-        steps.next_power_of_two()
+        let steps = index32(cell((self.longest / step).ceil()));
+        steps.clamp(1, MOST_STEPS).next_power_of_two()
     }
 
     /// How far light is from linear between places: above 1, too far.

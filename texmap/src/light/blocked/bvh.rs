@@ -8,6 +8,7 @@ use fearless_simd::{f32x16, mask32x16};
 use glam::Vec3;
 
 use crate::screen::Lanes;
+use resample_core::narrow::{cell, index32};
 
 /// Triangles of a leaf.
 const LEAF: usize = 4;
@@ -223,7 +224,7 @@ impl Tree {
             let alive = sum.simd_gt(dark);
             for child in [node.next as usize + 1, node.next as usize] {
                 if (is_met(simd, &self.nodes[child], rays) & alive).any_true() {
-                    waiting[count] = child as u32;
+                    waiting[count] = index32(child);
                     count += 1;
                 }
             }
@@ -237,7 +238,7 @@ fn boxed((index, blocker): (usize, &Blocker)) -> Boxed {
     Boxed {
         low: a.min(b).min(c),
         high: a.max(b).max(c),
-        index: index as u32,
+        index: index32(index),
     }
 }
 
@@ -284,8 +285,8 @@ fn build(nodes: &mut [Node], offset: usize, boxed: &mut [Boxed], start: usize, d
     nodes[0] = Node {
         low,
         high,
-        next: start as u32,
-        count: boxed.len() as u32,
+        next: index32(start),
+        count: index32(boxed.len()),
     };
     if boxed.len() <= LEAF {
         return;
@@ -293,7 +294,7 @@ fn build(nodes: &mut [Node], offset: usize, boxed: &mut [Boxed], start: usize, d
     let first = split(boxed, depth);
     let (nodes, rest) = nodes.split_at_mut(2 * first);
     nodes[0].count = 0;
-    nodes[0].next = (offset + 2 * first) as u32;
+    nodes[0].next = index32(offset + 2 * first);
     let is_large = boxed.len() >= PARALLEL;
     let (one, other) = boxed.split_at_mut(first);
     let mut one = || build(&mut nodes[1..], offset + 1, one, start, depth + 1);
@@ -317,7 +318,7 @@ fn packed(nodes: &[Node]) -> Vec<Node> {
         }
         let (first, second) = (old + 1, nodes[old].next as usize);
         let at = packed.len();
-        packed[new].next = at as u32;
+        packed[new].next = index32(at);
         packed.extend([nodes[first], nodes[second]]);
         waiting.extend([(at + 1, second), (at, first)]);
     }
@@ -372,8 +373,7 @@ fn split(boxed: &mut [Boxed], depth: usize) -> usize {
         return half;
     }
     let per_bin = BINS as f32 / spread;
-    let bin_of =
-        |one: &Boxed| (((one.middle()[axis] - low[axis]) * per_bin) as usize).min(BINS - 1);
+    let bin_of = |one: &Boxed| cell((one.middle()[axis] - low[axis]) * per_bin).min(BINS - 1);
     let mut bins = [Bin::EMPTY; BINS];
     for one in boxed.iter() {
         let bin = &mut bins[bin_of(one)];

@@ -12,6 +12,7 @@ use crate::light::blocked::place::{COUNTS, HARMONICS, PlaceLight, SIDES, STARTS}
 use crate::light::blocked::sun_rays::sun_visible;
 use crate::light::suns::{MOST, Sun};
 use crate::screen::{LANES, Lanes, Plane, SPAN_WIDTH, value};
+use resample_core::narrow::{cell, index32};
 
 /// Perceptual roughness up to which lobes see the sharpest map of visibility, and how many maps they climb for a roughness of 1 more. A lobe of GGX has half of
 /// its light within 2 atan(roughness^2) of its middle, a cell of the sharpest map is 13 degrees wide, and of each next one twice that: the cell is as wide
@@ -33,14 +34,14 @@ pub(crate) struct LitTriangle {
 pub(crate) struct PixelLights {
     pixels: [PixelLight; SPAN_WIDTH],
     /// By lane: the place of its pixel.
-    of_lane: [u8; LANES],
+    of_lane: [usize; LANES],
 }
 
 /// The light of a pixel.
 #[derive(Clone, Copy)]
 struct PixelLight {
     /// Row of the pixel; `NOT_KEPT` if it is another surface's.
-    row: u32,
+    row: usize,
     places: [u32; 3],
     shares: [f32; 3],
     position: Vec3,
@@ -53,7 +54,7 @@ struct PixelLight {
 }
 
 /// No row of pixels.
-const NOT_KEPT: u32 = u32::MAX;
+const NOT_KEPT: usize = usize::MAX;
 
 impl Default for PixelLights {
     fn default() -> Self {
@@ -86,16 +87,16 @@ impl PixelLights {
     /// Puts a pixel by itself into a lane.
     #[inline(always)]
     pub(crate) fn put_pixel(&mut self, lane: usize, on: &OnTriangle, at_px: [f32; 2]) {
-        self.of_lane[lane] = lane as u8;
+        self.of_lane[lane] = lane;
         self.pixels[lane].find(on, NOT_KEPT, at_px);
     }
 
     /// Puts a sub-pixel of the surface into a lane.
     #[inline(always)]
     pub(crate) fn put_subpixel(&mut self, lane: usize, on: &OnTriangle, [x, y]: [f32; 2]) {
-        let column = (x as usize).min(SPAN_WIDTH - 1);
-        let row = y as u32;
-        self.of_lane[lane] = column as u8;
+        let column = cell(x).min(SPAN_WIDTH - 1);
+        let row = cell(y);
+        self.of_lane[lane] = column;
         if self.pixels[column].row != row {
             self.pixels[column].find(on, row, [column as f32 + 0.5, row as f32 + 0.5]);
         }
@@ -112,7 +113,7 @@ impl PixelLights {
     ) {
         let mut is_new = false;
         for &place in &self.of_lane[..count] {
-            let pixel = &mut self.pixels[place as usize];
+            let pixel = &mut self.pixels[place];
             if !pixel.is_found {
                 pixel.mix(simd, &blocked.lights);
                 is_new = true;
@@ -123,7 +124,7 @@ impl PixelLights {
         }
         let mut position = [[0.0; LANES]; 3];
         for (lane, &place) in self.of_lane[..count].iter().enumerate() {
-            let own = self.pixels[place as usize].position;
+            let own = self.pixels[place].position;
             (position[0][lane], position[1][lane], position[2][lane]) = (own.x, own.y, own.z);
         }
         for (k, sun) in suns.iter().enumerate().take(MOST) {
@@ -131,7 +132,7 @@ impl PixelLights {
             let from = Vector::load(simd, &position);
             sun_visible(simd, &blocked.tree, sun, from).store_slice(&mut visible);
             for (lane, &place) in self.of_lane[..count].iter().enumerate() {
-                self.pixels[place as usize].suns[k] = visible[lane];
+                self.pixels[place].suns[k] = visible[lane];
             }
         }
     }
@@ -141,7 +142,7 @@ impl PixelLights {
     pub(crate) fn sun<S: Simd>(&self, simd: S, sun: usize, count: usize) -> f32x16<S> {
         let mut visible = [1.0; LANES];
         for (visible, &place) in visible[..count].iter_mut().zip(&self.of_lane) {
-            *visible = self.pixels[place as usize].suns[sun];
+            *visible = self.pixels[place].suns[sun];
         }
         f32x16::from_slice(simd, &visible)
     }
@@ -157,7 +158,7 @@ impl PixelLights {
     ) {
         let mut light = [[0.0; LANES]; 3];
         for lane in 0..count {
-            let harmonics = &self.pixels[self.of_lane[lane] as usize].harmonics;
+            let harmonics = &self.pixels[self.of_lane[lane]].harmonics;
             let mut sum = f32x4::splat(simd, 0.0);
             for m in 0..HARMONICS {
                 let own = f32x4::from_slice(simd, &harmonics[m]);
@@ -182,7 +183,7 @@ impl PixelLights {
     ) -> f32x16<S> {
         let mut visible = [1.0; LANES];
         for (lane, visible) in visible[..count].iter_mut().enumerate() {
-            let pixel = &mut self.pixels[self.of_lane[lane] as usize];
+            let pixel = &mut self.pixels[self.of_lane[lane]];
             if pixel.visible < 0.0 {
                 let around = (towards.on_square(lane), towards.roughness(lane));
                 pixel.visible = pixel.look(lights, around);
@@ -206,7 +207,7 @@ pub(crate) struct OnTriangle<'a> {
 impl PixelLight {
     /// Finds the places around a position of the tile.
     #[inline(always)]
-    fn find(&mut self, on: &OnTriangle, row: u32, at_px: [f32; 2]) {
+    fn find(&mut self, on: &OnTriangle, row: usize, at_px: [f32; 2]) {
         (self.row, self.is_found, self.visible) = (row, false, -1.0);
         let LitTriangle {
             shares,
@@ -217,8 +218,8 @@ impl PixelLight {
         let first = within(value(&shares[0], at_px) * w, 1.0);
         let second = within(value(&shares[1], at_px) * w, 1.0 - first);
         let (x, y) = (first * *steps as f32, second * *steps as f32);
-        let i = (x as u32).min(steps - 1);
-        let j = (y as u32).min(steps - 1 - i);
+        let i = index32(cell(x)).min(steps - 1);
+        let j = index32(cell(y)).min(steps - 1 - i);
         let (x, y) = (x - i as f32, y - j as f32);
         let index = |i: u32, j: u32| on.grids.indices[(start + grids::at(*steps, i, j)) as usize];
         let (right, above) = (index(i + 1, j), index(i, j + 1));
@@ -272,7 +273,7 @@ impl PixelLight {
     fn look(&self, lights: &[PlaceLight], (towards, roughness): ([f32; 2], f32)) -> f32 {
         let level = (roughness - SHARP) * MAPS_PER_ROUGHNESS;
         let level = level.max(0.0).min((SIDES.len() - 1) as f32);
-        let first = (level as usize).min(SIDES.len() - 2);
+        let first = cell(level).min(SIDES.len() - 2);
         let between = level - first as f32;
         let taps = [Taps::new(first, towards), Taps::new(first + 1, towards)];
         let mut sum = 0.0;
@@ -305,7 +306,7 @@ impl Taps {
         let side = SIDES[map];
         let (x, y) = (x * side as f32 + 0.5, y * side as f32 + 0.5);
         // A place that is no number is at the corner.
-        let (column, row) = ((x as usize).min(side), (y as usize).min(side));
+        let (column, row) = (cell(x).min(side), cell(y).min(side));
         Self {
             first: STARTS[map] + row * (side + 2) + column,
             stride: side + 2,

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::light::around::square_from_direction;
+use resample_core::narrow::cell;
 
 /// Spherical harmonics of light.
 pub(crate) const HARMONICS: usize = 9;
@@ -33,7 +34,7 @@ pub(crate) struct PlaceLight {
 pub(crate) fn cell_of(direction: Vec3) -> usize {
     let [x, y] = square_from_direction(direction).map(|at| {
         let at = (at * 0.5 + 0.5) * SIDES[0] as f32;
-        (at as usize).min(SIDES[0] - 1)
+        cell(at).min(SIDES[0] - 1)
     });
     y * SIDES[0] + x
 }
