@@ -44,6 +44,7 @@ mod texmap_outlines;
 mod texmap_reference;
 mod texmap_seams;
 mod texmap_shadows;
+mod texmap_sparkle;
 mod texmap_sun;
 mod texmap_truth;
 mod thin_plates;

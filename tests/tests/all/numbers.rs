@@ -358,6 +358,34 @@ proptest! {
     }
 }
 
+/// A texel's ellipse that rounding made a hyperbola: its weights grew without bound, and their mean was no number.
+#[test]
+fn a_texture_repeated_two_million_times_gives_colours_as_points() {
+    let corners = [
+        [0.000_247_374_64, -6.880_875e-5, 0.000_132_841_65],
+        [-52.3199, 26.393_248, 44.784_203],
+        [-0.013_507_836_5, 0.280_951_1, -0.349_647_07],
+        [-291_734.78, -698_038.44, 341_458.28],
+    ];
+    let r = 2.046_741_5e6;
+    let uvs = [[0.0, r], [r, r], [r, 0.0], [0.0, 0.0]];
+    let scene = quad_scene(corners, uvs, photo(32), Wrap::Repeat);
+    let pose = LookAt {
+        position: 6.206_794_915_609_216e-13 * DVec3::new(0.3, 0.5, 0.8),
+        target: DVec3::ZERO,
+        up: DVec3::new(0.12, 1.0, 0.34),
+    };
+    let fov_rad = 19.924_244_769_613_953_f64.to_radians();
+    let camera = Camera::perspective(&pose, fov_rad, [20, 14]).expect("a camera");
+    let options = texmap::RenderOptions {
+        method: texmap::Method::Point,
+        ..texmap::RenderOptions::default()
+    };
+    let mut renderer = texmap::Renderer::new(&scene, &options).expect("valid options");
+    let image = renderer.render(&camera).expect("a valid camera").image;
+    assert!(sound(&image).is_ok());
+}
+
 proptest! {
     #![proptest_config(cases(24))]
 

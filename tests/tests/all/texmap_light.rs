@@ -28,7 +28,7 @@ fn physical(column: usize, row: usize) -> Physical {
     }
 }
 
-fn lit(base_colour: [f32; 4], physical: Physical) -> Material {
+pub(super) fn lit(base_colour: [f32; 4], physical: Physical) -> Material {
     Material {
         base_colour,
         lighting: Lighting::Lit,
@@ -149,7 +149,7 @@ fn balls_of_metal_and_roughness() {
 }
 
 /// A height field as a normal map, `side` texels: random, with a spectrum from one texel on.
-fn bumps(side: usize) -> (Texture, Vec<DVec3>) {
+pub(super) fn bumps(side: usize) -> (Texture, Vec<DVec3>) {
     let random = |k: usize| {
         let mut h = (k as u32).wrapping_mul(0x9e37_79b1) ^ 0x51ed_270b;
         h = (h ^ h >> 15).wrapping_mul(0x2c1b_3c6d);
@@ -271,7 +271,7 @@ fn a_bumpy_plane_neither_sparkles_nor_fades_as_it_goes_away() {
 }
 
 /// The Gaussian mean over a pixel of what rays see of the plane z = 0.
-fn mean(camera: &Camera, at: [u32; 2], seen: &(dyn Fn(DVec3) -> DVec3 + Sync)) -> DVec3 {
+pub(super) fn mean(camera: &Camera, at: [u32; 2], seen: &(dyn Fn(DVec3) -> DVec3 + Sync)) -> DVec3 {
     let world_from_camera = camera.camera_from_world.inverse();
     let rays = 40;
     let (mut sum, mut whole) = (DVec3::ZERO, 0.0);
@@ -291,7 +291,7 @@ fn mean(camera: &Camera, at: [u32; 2], seen: &(dyn Fn(DVec3) -> DVec3 + Sync)) -
 }
 
 /// The map's normal between its texels, made one long.
-fn bilinear(normals: &[DVec3], side: usize, uv: DVec2) -> DVec3 {
+pub(super) fn bilinear(normals: &[DVec3], side: usize, uv: DVec2) -> DVec3 {
     let at = uv - 0.5;
     let (i, j) = (at.x.floor() as i64, at.y.floor() as i64);
     let texel = |i: i64, j: i64| {

@@ -19,7 +19,7 @@ fn sky(sun: DVec3) -> Surroundings {
 }
 
 /// A sky of an even radiance, and on it a disc of a radius whose radiance times solid angle is 1.
-fn sky_with((sun, radius): (DVec3, f64), even: f64) -> Surroundings {
+pub(super) fn sky_with((sun, radius): (DVec3, f64), even: f64) -> Surroundings {
     let (width, height) = (1440, 720);
     let direction = |x: f64, y: f64| {
         let (sin, cos) = ((x / width as f64 - 0.5) * TAU).sin_cos();

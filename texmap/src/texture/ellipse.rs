@@ -146,7 +146,12 @@ impl TexelEllipse {
             .iter()
             .chain(&ellipse.centre)
             .all(|v| v.is_finite());
-        (finite && determinant > 0.0).then_some(ellipse)
+        // Of an ellipse that is some thousand times longer than wide, rounding may make a hyperbola, whose weights grow without bound: what is left of a
+        // difference is to be ten times what is rounded off. Rows and columns are whole numbers of 32 bits.
+        let [ixx, ixy, iyy] = ellipse.inverse;
+        let is_ellipse = determinant > 0.0 && ixx * iyy - ixy * ixy > 1e-6 * ixx * iyy;
+        let is_near = ellipse.centre.iter().all(|at| at.abs() < 1e9);
+        (finite && is_ellipse && is_near).then_some(ellipse)
     }
 
     /// The mean of a level's texels, each as often as it counts; `None` if none does.
