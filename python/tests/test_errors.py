@@ -35,6 +35,7 @@ GREY, WALL = np.full((48, 64), 128, np.uint8), np.full((48, 64), 2.0)
         (ValueError, r"ask for 3 pictures: call pictures", lambda: fr.volsplat(RAMP, turntable=3)),
         (ValueError, r"the layout of raw files is for files", lambda: fr.Volume(RAMP, nan_as=0, dims=(1, 2, 3), type="u8").render()),
         (FileNotFoundError, r"nowhere.nrrd", lambda: fr.Volume("nowhere.nrrd").render()),
+        (FileNotFoundError, r"nowhere.glb", lambda: fr.texmap("nowhere.glb")),
         (ValueError, r"direction: a file has its own", lambda: fr.Volume("a.nrrd", direction=np.eye(3))),
         (ValueError, r"cmap: neither a preset", lambda: fr.volsplat(RAMP, transfer="no such map")),
         (ValueError, r"opacity: expected linear", lambda: fr.transfer_function([[0] * 3, [1] * 3], "steep")),
