@@ -387,6 +387,38 @@ fn a_texture_repeated_two_million_times_gives_colours_as_points() {
 }
 
 proptest! {
+    #![proptest_config(cases(10))]
+
+    #[test]
+    fn no_mesh_in_its_own_shadow_gives_what_is_no_colour(
+        corners in prop::collection::vec((-1.0..1.0, -1.0..1.0, -1.0..1.0), 4),
+        sizes in prop::collection::vec(log_uniform(-15.0..15.0), 4),
+        distance in log_uniform(-15.0..15.0),
+        on_ground in any::<bool>(),
+    ) {
+        let corner = |i: usize| {
+            let (x, y, z) = corners[i];
+            [x, y, z].map(|c: f64| (c * sizes[i]) as f32)
+        };
+        let uvs = [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]];
+        let mut scene = quad_scene([0, 1, 2, 3].map(corner), uvs, photo(32), Wrap::Repeat);
+        scene.materials[0].lighting = texmap::scene::Lighting::Lit;
+        let pose = LookAt {
+            position: distance * DVec3::new(0.3, 0.5, 0.8),
+            target: DVec3::ZERO,
+            up: DVec3::new(0.12, 1.0, 0.34),
+        };
+        let camera = Camera::perspective(&pose, 0.7, [20, 14]).expect("a camera");
+        let options = texmap::RenderOptions {
+            shadows: if on_ground { texmap::Shadows::Ground } else { texmap::Shadows::Mesh },
+            ..texmap::RenderOptions::default()
+        };
+        let mut renderer = texmap::Renderer::new(&scene, &options).expect("valid options");
+        sound(&renderer.render(&camera).expect("a valid camera").image)?;
+    }
+}
+
+proptest! {
     #![proptest_config(cases(24))]
 
     #[test]
