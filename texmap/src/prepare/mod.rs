@@ -168,6 +168,12 @@ impl Prepared {
         prepared
     }
 
+    /// Returns true if small bright lights shine on the scene.
+    pub(crate) fn has_suns(&self) -> bool {
+        let environment = self.environment.as_ref();
+        environment.is_some_and(|environment| !environment.suns.is_empty())
+    }
+
     /// Adds the meshes of another scene, which no light of surroundings falls on.
     pub(crate) fn append(&mut self, other: Self) {
         let (materials, pyramids) = (self.materials.len(), self.pyramids.len());

@@ -190,24 +190,33 @@ fn flat_normal(triangle: &ScreenTriangle, mesh: &PreparedMesh) -> [[f32; 3]; 3] 
 
 /// A triangle whose light is found at places.
 fn lit_triangle(
-    blocked: &BlockedLight,
+    (scene, blocked): (&Prepared, &BlockedLight),
     (mesh, triangle, side): (&PreparedMesh, &ScreenTriangle, usize),
     shares: [Plane; 2],
 ) -> Option<LitTriangle> {
     let index = triangle.seen.triangle as usize;
     let grids = &blocked.grids.meshes[triangle.seen.mesh as usize];
     let grid = *grids.grids[side].get(index).filter(|grid| grid.steps > 0)?;
-    let flip = [1.0, -1.0][side];
-    let flat = triangle.flat_normal(mesh).normalize_or_zero().as_vec3();
-    let corners = mesh.triangles[index].map(|i| {
-        let normal = mesh.normals.get(i as usize);
-        let normal = normal.map_or(flat, |n| Vec3::from(*n).normalize_or_zero() * flip);
-        (Vec3::from(mesh.positions[i as usize]), normal)
-    });
     Some(LitTriangle {
         shares,
         grid,
-        corners,
+        corners: scene
+            .has_suns()
+            .then(|| lit_corners((mesh, triangle), side)),
+    })
+}
+
+/// Positions and normals of a triangle's corners, on the side that is seen.
+fn lit_corners(
+    (mesh, triangle): (&PreparedMesh, &ScreenTriangle),
+    side: usize,
+) -> [(Vec3, Vec3); 3] {
+    let flip = [1.0, -1.0][side];
+    let flat = triangle.flat_normal(mesh).normalize_or_zero().as_vec3();
+    mesh.triangles[triangle.seen.triangle as usize].map(|i| {
+        let normal = mesh.normals.get(i as usize);
+        let normal = normal.map_or(flat, |n| Vec3::from(*n).normalize_or_zero() * flip);
+        (Vec3::from(mesh.positions[i as usize]), normal)
     })
 }
 
@@ -272,7 +281,7 @@ impl Surface {
                 lit: tile.blocked.and_then(|blocked| {
                     let shares = [plane([1.0, 0.0, 0.0]), plane([0.0, 1.0, 0.0])];
                     let side = usize::from(triangle.seen.facing == Facing::Back);
-                    lit_triangle(blocked, (mesh, triangle, side), shares)
+                    lit_triangle((tile.scene, blocked), (mesh, triangle, side), shares)
                 }),
             })
         });

@@ -26,8 +26,8 @@ pub(crate) struct LitTriangle {
     /// Shares of its first two corners, over w.
     pub(crate) shares: [Plane; 2],
     pub(crate) grid: Grid,
-    /// Positions and normals towards the eye.
-    pub(crate) corners: [(Vec3, Vec3); 3],
+    /// Positions and normals towards the eye, for rays to suns; `None` where there is no sun.
+    pub(crate) corners: Option<[(Vec3, Vec3); 3]>,
 }
 
 /// The light of pixels: each of sixteen lanes takes that of one of the pixels that are kept here. Sub-pixels of one pixel share it.
@@ -204,6 +204,14 @@ pub(crate) struct OnTriangle<'a> {
     pub(crate) above: f32,
 }
 
+/// A place by the shares of its corners, so far above the surface that their normals mean.
+fn above_surface(corners: &[(Vec3, Vec3); 3], shares: [f32; 3], above: f32) -> Vec3 {
+    let [a, b, c] = corners;
+    let flat = a.0 * shares[0] + b.0 * shares[1] + c.0 * shares[2];
+    let normal = a.1 * shares[0] + b.1 * shares[1] + c.1 * shares[2];
+    flat + grids::lift(flat, *corners, shares) + normal.normalize_or_zero() * above
+}
+
 impl PixelLight {
     /// Finds the places around a position of the tile.
     #[inline(always)]
@@ -212,7 +220,7 @@ impl PixelLight {
         let LitTriangle {
             shares,
             grid: Grid { start, steps },
-            corners,
+            ..
         } = on.triangle;
         let w = 1.0 / value(on.over_w, at_px);
         let first = within(value(&shares[0], at_px) * w, 1.0);
@@ -231,12 +239,9 @@ impl PixelLight {
                 [x + y - 1.0, 1.0 - y, 1.0 - x],
             )
         };
-        let shares = [first, second, 1.0 - first - second];
-        let [a, b, c] = corners;
-        let flat = a.0 * shares[0] + b.0 * shares[1] + c.0 * shares[2];
-        let normal = a.1 * shares[0] + b.1 * shares[1] + c.1 * shares[2];
-        let above = normal.normalize_or_zero() * on.above;
-        self.position = flat + grids::lift(flat, *corners, shares) + above;
+        if let Some(corners) = &on.triangle.corners {
+            self.position = above_surface(corners, [first, second, 1.0 - first - second], on.above);
+        }
     }
 
     /// Mixes the light of its places, without those that do not count.
