@@ -191,3 +191,28 @@ fn two_fingers_zoom_and_pan() {
     let turned: f64 = (0..3).map(|k| (after[k] - before[k]).abs()).sum();
     assert!(turned < 1e-9, "nothing turns: {turned}");
 }
+
+/// A table whose top shades its foot: shadows change the picture, and a light without shadows takes them off.
+#[test]
+fn a_mesh_has_its_shadows() {
+    let bench = Bench::new();
+    let table = "v -1 1 -1\nv 1 1 -1\nv 1 1 1\nv -1 1 1\nv -2 0 -2\nv 2 0 -2\nv 2 0 2\nv -2 0 2\nf 4 3 2 1\nf 8 7 6 5\n";
+    bench.write("table.obj", table.as_bytes());
+    let viewer = Viewer::start(&bench, "table.obj");
+    let Some(mut browser) = browser::Browser::open(&viewer.address(), [900, 640]) else {
+        println!("skipped: no Chromium");
+        return;
+    };
+    browser.wait_rest();
+    let first = browser.picture();
+    choose(&mut browser, "shadows", "ground");
+    let shaded = browser.picture();
+    assert_ne!(shaded, first);
+    choose(&mut browser, "light", "unlit");
+    let status = "document.getElementById('status')";
+    let is_bad = browser.value(&format!("{status}.classList.contains('bad')"));
+    assert_eq!(is_bad, false);
+    let said = browser.value(&format!("{status}.textContent"));
+    assert!(said.to_string().contains("goes without shadows"), "{said}");
+    assert_ne!(browser.picture(), shaded);
+}
