@@ -36,6 +36,7 @@ pub mod args;
 #[cfg(feature = "input")]
 pub mod input;
 mod view;
+pub mod film;
 mod surfaces;
 mod project;
 mod hybrid;
