@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use resample_core::clock::StageClock;
 use resample_core::{Camera, Image, Plane, Reuse};
 
-use crate::fill::blend;
+use crate::fill::{blend, lay_under};
 use crate::fill::extrapolate::View;
 use crate::fill::holes::fill;
 use crate::hybrid::{How, Hybrid};
@@ -34,6 +34,16 @@ pub struct Warper {
     length: f64,
     options: WarpOptions,
     pipeline: Pipeline,
+    last: Last,
+}
+
+/// The last reference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Last {
+    /// A view as all others.
+    View,
+    /// It shows what the others hide: it lies under their picture.
+    Hidden,
 }
 
 /// The methods' memory: per reference, counted in the warper's length, and from frame to frame. The parts of other methods
@@ -85,6 +95,28 @@ impl Warper {
             length,
             pipeline: Pipeline::new(drawn, options),
             options: options.clone(),
+            last: Last::View,
+        })
+    }
+
+    /// As [`Warper::new`], with one more reference that shows what the others hide, such as [`crate::film::Film`] gives it: it is seen where
+    /// they leave the picture open, whatever its depth.
+    ///
+    /// # Errors
+    /// Those of [`Warper::new`].
+    pub fn with_hidden(
+        mut references: Vec<Reference>,
+        hidden: Option<Reference>,
+        options: &WarpOptions,
+    ) -> Result<Self, Error> {
+        let last = match &hidden {
+            Some(_) => Last::Hidden,
+            None => Last::View,
+        };
+        references.extend(hidden);
+        Ok(Self {
+            last,
+            ..Self::new(references, options)?
         })
     }
 
@@ -156,11 +188,18 @@ impl Warper {
         let references: Vec<Camera> = self.cameras.iter().map(in_unit).collect();
         let how = (&self.options, purpose);
         let layers = (0..references.len()).map(|i| self.pipeline.layer(i, &camera, how, stats));
-        let layers: Vec<Layer> = layers.collect();
+        let mut layers: Vec<Layer> = layers.collect();
         let clock = StageClock::start();
         let pixels = camera.width as usize * camera.height as usize;
+        let hidden = match self.last {
+            Last::Hidden => layers.pop(),
+            Last::View => None,
+        };
         let layer = blend(layers, &references, &camera);
         let mut layer = layer.unwrap_or_else(|| Layer::empty(pixels));
+        if let Some(hidden) = &hidden {
+            lay_under(&mut layer, hidden);
+        }
         if self.length != 1.0 {
             scaled(&mut layer.depth, self.length);
         }

@@ -2,6 +2,7 @@
 
 pub mod truth;
 pub mod scenes;
+pub mod films;
 pub mod filtered;
 pub mod soft;
 pub mod thicket;

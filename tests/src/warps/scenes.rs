@@ -22,6 +22,10 @@ pub enum Body {
     Leaf(DVec3, DVec3, DVec3),
     /// A sphere: centre, radius.
     Sphere(DVec3, f64),
+    /// A flat ellipse that has moved by the last vector, and its pattern with it.
+    MovedLeaf(DVec3, DVec3, DVec3, DVec3),
+    /// A sphere that has moved by the last vector, and its pattern with it.
+    MovedSphere(DVec3, f64, DVec3),
 }
 
 /// Bodies with the period of their pattern, world units, and their tint.
@@ -34,6 +38,7 @@ struct Met {
     camera_z: f64,
     pos_in_world: DVec3,
     rgb: [f64; 3],
+    moves: bool,
 }
 
 /// A camera of `size` px with focal length `focal_px` at `eye`, turned by `yaw_rad` about the vertical axis.
@@ -122,7 +127,13 @@ impl AnalyticScene {
         self.rays(target, |met| f32::from(u8::from(sees(met))))
     }
 
-    fn sees(&self, camera: &Camera, pos_in_world: DVec3) -> bool {
+    /// For each pixel centre of `camera`, the place that it shows, if that belongs to a body that has not moved.
+    pub fn places(&self, camera: &Camera) -> Vec<Option<DVec3>> {
+        self.rays(camera, |met| met.filter(|met| !met.moves).map(|met| met.pos_in_world))
+    }
+
+    /// Returns true if `camera` sees the place.
+    pub fn sees(&self, camera: &Camera, pos_in_world: DVec3) -> bool {
         let pos = camera.camera_from_world.transform_point3(pos_in_world);
         let at = camera.screen_from_camera(pos);
         let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
@@ -152,7 +163,8 @@ impl AnalyticScene {
             Some(Met {
                 camera_z,
                 pos_in_world,
-                rgb: pattern(pos_in_world / *period, *tint),
+                moves: matches!(body, Body::MovedLeaf(..) | Body::MovedSphere(..)),
+                rgb: pattern((pos_in_world - body.moved_by()) / *period, *tint),
             })
         });
         hits.min_by(|a, b| a.camera_z.total_cmp(&b.camera_z))
@@ -160,6 +172,14 @@ impl AnalyticScene {
 }
 
 impl Body {
+    /// How far it has moved from where its pattern was painted.
+    fn moved_by(&self) -> DVec3 {
+        match *self {
+            Self::MovedLeaf(.., by) | Self::MovedSphere(.., by) => by,
+            Self::Card(..) | Self::Leaf(..) | Self::Sphere(..) => DVec3::ZERO,
+        }
+    }
+
     fn hit(&self, eye: DVec3, direction: DVec3) -> Option<f64> {
         // How far along the two half axes a plane is met, in parts of these.
         let on_plane = |centre: DVec3, u: DVec3, v: DVec3| {
@@ -174,11 +194,11 @@ impl Body {
                 let (t, along, across) = on_plane(centre, u, v);
                 (t > 1e-6 && along.abs() <= 1.0 && across.abs() <= 1.0).then_some(t)
             }
-            Self::Leaf(centre, u, v) => {
+            Self::Leaf(centre, u, v) | Self::MovedLeaf(centre, u, v, _) => {
                 let (t, along, across) = on_plane(centre, u, v);
                 (t > 1e-6 && along.hypot(across) <= 1.0).then_some(t)
             }
-            Self::Sphere(centre, radius) => {
+            Self::Sphere(centre, radius) | Self::MovedSphere(centre, radius, _) => {
                 let to = eye - centre;
                 let (a, b) = (direction.length_squared(), to.dot(direction));
                 let root = (b * b - a * (to.length_squared() - radius * radius)).sqrt();

@@ -60,6 +60,7 @@ mod warp_edges;
 mod warp_equation;
 mod warp_extremes;
 mod warp_fills;
+mod warp_films;
 mod warp_inputs;
 mod warp_magnified;
 mod warp_real;

@@ -85,6 +85,37 @@ pub(crate) fn blend(layers: Vec<Layer>, references: &[Camera], target: &Camera) 
     Some(out)
 }
 
+/// Lays what the views of `layer` hide under it: each pixel shows as much of it as they leave open.
+pub(crate) fn lay_under(layer: &mut Layer, hidden: &Layer) {
+    if layer.purity.is_empty() {
+        layer.purity = vec![1.0; layer.rgba.len()];
+    }
+    let shares = layer.resolution.par_iter_mut().zip(&mut layer.purity);
+    let planes = layer.rgba.par_iter_mut().zip(&mut layer.depth).zip(shares);
+    planes
+        .enumerate()
+        .for_each(|(at, ((rgba, depth), (resolution, purity)))| {
+            let below = hidden.rgba[at];
+            let open = 1.0 - rgba[3].clamp(0.0, 1.0);
+            let share = open * below[3];
+            if !(share > 0.0) {
+                return;
+            }
+            let all = rgba[3] + share;
+            let mix = |above: f32, below: f32| (rgba[3] * above + share * below) / all;
+            *resolution = mix(*resolution, hidden.resolution[at]);
+            *purity = match rgba[3] > 0.0 {
+                // The larger share is the main surface.
+                true => (*purity * rgba[3]).max(hidden.purity(at) * share) / all,
+                false => hidden.purity(at),
+            };
+            if rgba[3] < 0.5 {
+                *depth = hidden.depth[at];
+            }
+            *rgba = std::array::from_fn(|c| rgba[c] + open * below[c]);
+        });
+}
+
 /// Weights that fall with the squared distance of the eyes; the nearest one has 1.
 fn baseline_weights(references: &[Camera], target: &Camera) -> Vec<f32> {
     let eye = target.eye_in_world();

@@ -11,7 +11,7 @@ use glam::Vec2;
 use rayon::prelude::*;
 
 /// Side of a patch, px, and the distance from one to the next.
-const PATCH: usize = 8;
+pub(crate) const PATCH: usize = 8;
 const STRIDE: usize = 4;
 
 /// Least side of the coarsest level, px: two patches.
@@ -25,6 +25,9 @@ const SHORT_PX: f32 = 0.02;
 
 /// A patch at rest is taken if the sum of its squared differences is at most so many times that of the best place.
 const REST: f32 = 1.3;
+
+/// A patch rests only if the coarser level has found so little motion around it, px: a patch without texture fits everywhere.
+const RESTING_PX: f32 = 0.3;
 
 /// The squared difference of a pixel that noise of 8 bits leaves, (1/255)^2.
 const NOISE: f32 = 1.5e-5;
@@ -99,8 +102,8 @@ impl Flow {
             levels.push((now.half(), before.half()));
         }
         let mut flow = Self::default();
-        for (now, before) in levels.iter().rev() {
-            flow = flow.finer(now, before);
+        for (number, (now, before)) in levels.iter().enumerate().rev() {
+            flow = flow.finer(now, before, number == 0);
         }
         flow
     }
@@ -133,8 +136,8 @@ impl Flow {
         step as f32 * row(top).lerp(row(below), v)
     }
 
-    /// The motion on a level that is twice as fine.
-    fn finer(&self, now: &Grey, before: &Grey) -> Self {
+    /// The motion on a level that is twice as fine; on the `finest` one, things may be found at rest.
+    fn finer(&self, now: &Grey, before: &Grey, finest: bool) -> Self {
         let (width, height) = (now.width, now.height);
         if width < PATCH || height < PATCH {
             return Self::none(width, height);
@@ -148,12 +151,12 @@ impl Flow {
             places
         };
         let (columns, rows) = (places(width), places(height));
-        let patches: Vec<Vec<(Vec2, f32)>> = rows
+        let patches: Vec<Vec<Vec2>> = rows
             .par_iter()
             .map(|&y| {
                 let of = |&x: &usize| {
                     let guess = self.guess(x + PATCH / 2, y + PATCH / 2);
-                    aligned(now, before, [x, y], guess)
+                    aligned(now, before, [x, y], (guess, finest))
                 };
                 columns.iter().map(of).collect()
             })
@@ -165,7 +168,7 @@ impl Flow {
                 let (mut sum, mut total) = (Vec2::ZERO, 0.0);
                 for column in covering(&columns, x) {
                     for &row in &covering_rows {
-                        let (patch, _) = patches[row][column];
+                        let patch = patches[row][column];
                         let there = before.at(x as f32 + patch.x, y as f32 + patch.y);
                         let apart = (now.values[y * width + x] - there).abs();
                         // A hundredth of the range weighs as much as any smaller difference.
@@ -206,8 +209,13 @@ fn covering(places: &[usize], pixel: usize) -> Vec<usize> {
     (first..near + 2).filter(covers).collect()
 }
 
-/// The way of the patch at a corner, and the sum of its squared differences there.
-fn aligned(now: &Grey, before: &Grey, [x, y]: [usize; 2], guess: Vec2) -> (Vec2, f32) {
+/// The way of the patch at a corner.
+fn aligned(
+    now: &Grey,
+    before: &Grey,
+    [x, y]: [usize; 2],
+    (guess, may_rest): (Vec2, bool),
+) -> Vec2 {
     const COUNT: usize = PATCH * PATCH;
     let mut own = [0.0; COUNT];
     let mut slopes = [Vec2::ZERO; COUNT];
@@ -267,10 +275,8 @@ fn aligned(now: &Grey, before: &Grey, [x, y]: [usize; 2], guess: Vec2) -> (Vec2,
         // A patch is not followed farther than itself from its guess.
         way = guess + (way - step - guess).clamp_length_max(PATCH as f32);
     }
-    if rest <= REST * least + floor {
-        return (Vec2::ZERO, rest);
-    }
-    (best, least)
+    let rests = may_rest && guess.length() < RESTING_PX && rest <= REST * least + floor;
+    if rests { Vec2::ZERO } else { best }
 }
 
 #[cfg(test)]

@@ -2,14 +2,15 @@
 //!
 //! [`Film::add`] takes the references of a film in order and gives each with steady depth, and a second reference that shows what the first
 //! hides. In the order in which data flow: `flow` is the motion from picture to picture, `cuts` finds the beginnings of shots,
-//! `align` finds by how much a depth is scaled and shifted against those before, `steady` averages it over time, and `plate` keeps
-//! the background. What is kept begins anew with every shot.
+//! `align` finds by how much a depth is scaled and shifted against those before, `steady` averages it over time, `ego` is the
+//! motion of things at rest, and `plate` keeps the background. What is kept begins anew with every shot.
 //! Limits: pictures of one size; everything follows the order of the film, so that no picture can be drawn without those of its shot before it.
 
 mod flow;
 mod cuts;
 mod align;
 mod steady;
+mod ego;
 mod plate;
 mod survey;
 
@@ -156,8 +157,8 @@ impl Film {
         let samples = self.plate.add(&shown);
         samples.iter().any(Option::is_some).then(|| Reference {
             camera: picture.camera,
-            colour: (samples.par_iter())
-                .map(|sample| sample.map_or([0.0; 3], |sample| sample.colour))
+            colour: (samples.par_iter().zip(&picture.colour))
+                .map(|(sample, &own)| sample.map_or(own, |sample| sample.colour))
                 .collect(),
             depth: (samples.par_iter())
                 .map(|sample| sample.map_or(f32::NAN, |sample| 1.0 / sample.nearness))

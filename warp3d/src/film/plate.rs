@@ -8,13 +8,21 @@
 use glam::Vec2;
 use rayon::prelude::*;
 
-use super::flow::Flow;
+use super::ego::Ego;
+use super::flow::{Flow, PATCH};
 
 /// A surface hides another if its inverse depth is larger by this part: that of the least jump between surfaces.
 const JUMP: f32 = 0.05;
 
 /// Samples beside an edge, px, whose colours are mixed, or whose depth may be that of the other side.
 const EDGE: usize = 2;
+
+/// Largest distance of a sample from its pixel's centre, px: where samples lie a
+/// pixel apart one comes to 0.71 of every centre, and where the motion spreads them to twice that.
+const FAR_PX: f32 = 1.5;
+
+/// How far the plate goes on beyond what is hidden, px: a mixed pixel and the edge that is left out.
+const AROUND: usize = EDGE + 2;
 
 /// Levels of the pyramid in which farther things are looked for.
 const LEVELS: usize = 7;
@@ -33,6 +41,8 @@ pub(crate) struct Sample {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Plate {
     samples: Vec<Sample>,
+    /// Whether each sample is hidden by the picture.
+    covered: Vec<bool>,
 }
 
 impl Sample {
@@ -59,7 +69,7 @@ impl Plate {
         self.samples.clear();
     }
 
-    /// Adds a picture; gives the sample that each pixel hides.
+    /// Adds a picture; gives the samples that it hides, and those of the background around them, which both show.
     pub(crate) fn add(&mut self, now: &Shown) -> Vec<Option<Sample>> {
         let width = now.width;
         let height = now.nearness.len() / width;
@@ -69,7 +79,7 @@ impl Plate {
         }
         let ways = far_ways(now);
         let before = std::mem::take(&mut self.samples);
-        let mut hidden = vec![None; before.len()];
+        let mut hidden = vec![false; before.len()];
         self.samples = vec![Sample::NONE; before.len()];
         let rows = self.samples.par_chunks_mut(width).zip(hidden.par_chunks_mut(width));
         rows.enumerate().for_each(|(y, (samples, hidden))| {
@@ -85,7 +95,7 @@ impl Plate {
                     || (own.nearness.is_nan() && !carried.nearness.is_nan());
                 if is_behind {
                     samples[x] = carried;
-                    hidden[x] = Some(carried);
+                    hidden[x] = true;
                 } else if !edges[index] {
                     samples[x] = own;
                 } else if !carried.nearness.is_nan() {
@@ -93,7 +103,56 @@ impl Plate {
                 }
             }
         });
-        hidden
+        self.covered = hidden;
+        let hidden = agreed(&self.covered, width);
+        self.close_gaps(&hidden, width);
+        // Where surfaces end, colours are mixed with those beside them: the plate goes on a little.
+        let behind = |(&hidden, sample): (&bool, &Sample)| match hidden {
+            true => sample.nearness,
+            false => 0.0,
+        };
+        let behind: Vec<f32> = hidden.iter().zip(&self.samples).map(behind).collect();
+        let around = largest_around(&behind, width, AROUND);
+        let sample = |(index, &sample): (usize, &Sample)| {
+            let goes_on = sample.nearness <= around[index] * (1.0 + JUMP);
+            (hidden[index] || goes_on).then_some(sample)
+        };
+        self.samples.iter().enumerate().map(sample).collect()
+    }
+}
+
+impl Plate {
+    /// Gives each sample that most of its neighbours hide and it does not their mean, so that the motion leaves no gaps.
+    fn close_gaps(&mut self, hidden: &[bool], width: usize) {
+        let samples = &self.samples;
+        let gap = |index: usize| {
+            if !hidden[index] || self.covered[index] {
+                return None;
+            }
+            let (x, y) = (index % width, index / width);
+            let (mut sum, mut nearness, mut count) = ([0.0; 3], 0.0, 0.0);
+            for row in y.saturating_sub(1)..(y + 2).min(samples.len() / width) {
+                for column in x.saturating_sub(1)..(x + 2).min(width) {
+                    let other = row * width + column;
+                    if self.covered[other] {
+                        let colour = samples[other].colour;
+                        sum = std::array::from_fn(|c| sum[c] + colour[c]);
+                        nearness += samples[other].nearness;
+                        count += 1.0;
+                    }
+                }
+            }
+            let sample = Sample {
+                colour: sum.map(|channel| channel / count),
+                nearness: nearness / count,
+                offset: Vec2::ZERO,
+            };
+            Some((index, sample))
+        };
+        let gaps: Vec<(usize, Sample)> = (0..samples.len()).into_par_iter().filter_map(gap).collect();
+        for (index, sample) in gaps {
+            self.samples[index] = sample;
+        }
     }
 }
 
@@ -109,17 +168,23 @@ fn carried(before: &[Sample], [x, y]: [usize; 2], way: Vec2, [width, height]: [u
     {
         return Sample::NONE;
     }
-    let at = |x: usize, y: usize| before[y * width + x];
     let (column, row) = (nearest.x as usize, nearest.y as usize);
-    let first = at(column, row);
-    if first.nearness.is_nan() {
-        return Sample::NONE;
+    // The sample that comes nearest to the pixel's centre stood in this pixel or in one beside it.
+    let (mut best, mut least) = (Sample::NONE, f32::INFINITY);
+    for row in row.saturating_sub(1)..(row + 2).min(height) {
+        for column in column.saturating_sub(1)..(column + 2).min(width) {
+            let sample = before[row * width + column];
+            let offset = Vec2::new(column as f32, row as f32) + sample.offset - from;
+            let apart = offset.length_squared();
+            if apart < least && !sample.nearness.is_nan() {
+                (best, least) = (Sample { offset, ..sample }, apart);
+            }
+        }
     }
-    // The sample stood at its pixel's centre and its offset; a way that ends elsewhere leaves the rest as the new offset.
-    let offset = nearest + first.offset - from;
-    Sample {
-        offset: offset.clamp(Vec2::splat(-1.0), Vec2::splat(1.0)),
-        ..first
+    // One that comes farther off belongs to another pixel.
+    match least <= FAR_PX * FAR_PX {
+        true => best,
+        false => Sample::NONE,
     }
 }
 
@@ -137,6 +202,19 @@ fn edges(nearness: &[f32], width: usize) -> Vec<bool> {
         }
     });
     widened(&own, width, EDGE)
+}
+
+/// The marks that most of the nine pixels around have: without single ones, and without single gaps.
+fn agreed(marks: &[bool], width: usize) -> Vec<bool> {
+    let height = marks.len() / width;
+    let most = |index: usize| {
+        let (x, y) = (index % width, index / width);
+        let rows = y.saturating_sub(1)..(y + 2).min(height);
+        let row = |y: usize| &marks[y * width + x.saturating_sub(1)..y * width + (x + 2).min(width)];
+        let count: usize = rows.map(|y| row(y).iter().filter(|&&mark| mark).count()).sum();
+        count >= 5
+    };
+    (0..marks.len()).into_par_iter().map(most).collect()
 }
 
 /// Marks all pixels within `reach` of a marked one, along rows and then columns.
@@ -167,6 +245,8 @@ struct Level {
 }
 
 /// The motion of what lies behind each pixel: of the nearest farther thing around it, else its own.
+///
+/// Motion beside a nearer thing is that thing's as far as a patch reaches: such places ask those farther off.
 fn far_ways(now: &Shown) -> Flow {
     let flow = now.flow;
     let (width, height) = (flow.width, flow.height);
@@ -180,10 +260,16 @@ fn far_ways(now: &Shown) -> Flow {
         let (x, y) = ((x + half).min(now.width - 1), (y + half).min(rows - 1));
         now.nearness[y * now.width + x]
     };
+    let own: Vec<f32> = (0..width * height).map(at).collect();
+    let largest = largest_around(&own, width, PATCH);
+    let usable = |(&own, &largest): (&f32, &f32)| match largest > own * (1.0 + JUMP) {
+        true => f32::INFINITY,
+        false => own,
+    };
     let mut levels = vec![Level {
         width,
         height,
-        nearness: (0..width * height).map(at).collect(),
+        nearness: own.iter().zip(&largest).map(usable).collect(),
         ways: flow.ways.clone(),
     }];
     while let Some(last) = levels.last()
@@ -192,25 +278,60 @@ fn far_ways(now: &Shown) -> Flow {
     {
         levels.push(last.coarser());
     }
-    let finest = &levels[0];
+    let at_rest: Vec<_> = (0..own.len())
+        .filter(|&index| levels[0].nearness[index].is_finite())
+        .map(|index| ([index % width, index / width], own[index], flow.ways[index]))
+        .collect();
+    let ego = Ego::of(&at_rest, [width, height]);
     let way = |index: usize| {
-        let own = finest.nearness[index];
+        let limit = [own[index] / (1.0 + JUMP), own[index] * (1.0 + JUMP)];
         let (x, y) = (index % width, index / width);
-        for (number, level) in levels.iter().enumerate().skip(1) {
-            let (x, y) = ((x >> number).min(level.width - 1), (y >> number).min(level.height - 1));
-            // The blocks around it, too: an edge lies anywhere in its block.
-            let around = level.farthest_around(x, y);
-            if level.nearness[around] * (1.0 + JUMP) < own {
-                return level.ways[around];
-            }
-        }
-        finest.ways[index]
+        let found = |limit: f32| {
+            levels.iter().enumerate().skip(1).find_map(|(number, level)| {
+                let column = (x >> number).min(level.width - 1);
+                let row = (y >> number).min(level.height - 1);
+                // The blocks around it, too: an edge lies anywhere in its block.
+                let around = level.farthest_around(column, row);
+                let nearness = level.nearness[around];
+                let way = match &ego {
+                    Some(ego) => ego.way([x, y], nearness),
+                    None => level.ways[around],
+                };
+                (nearness < limit).then_some(way)
+            })
+        };
+        let behind = found(limit[0]);
+        let beside = || match levels[0].nearness[index].is_finite() {
+            true => None,
+            false => found(limit[1]),
+        };
+        behind.or_else(beside).unwrap_or(flow.ways[index])
     };
     Flow {
         width,
         height,
         ways: (0..width * height).into_par_iter().map(way).collect(),
     }
+}
+
+/// The largest of the numbers within `reach` of each, those that are known.
+fn largest_around(values: &[f32], width: usize, reach: usize) -> Vec<f32> {
+    let height = values.len() / width;
+    let mut along = vec![0.0f32; values.len()];
+    for (to, row) in along.chunks_mut(width).zip(values.chunks(width)) {
+        for (x, to) in to.iter_mut().enumerate() {
+            let part = &row[x.saturating_sub(reach)..(x + reach + 1).min(width)];
+            *to = part.iter().copied().fold(0.0, f32::max);
+        }
+    }
+    let mut all = vec![0.0f32; values.len()];
+    for (y, to) in all.chunks_mut(width).enumerate() {
+        for other in y.saturating_sub(reach)..(y + reach + 1).min(height) {
+            let row = &along[other * width..][..width];
+            to.iter_mut().zip(row).for_each(|(to, &value)| *to = to.max(value));
+        }
+    }
+    all
 }
 
 impl Level {
