@@ -115,7 +115,7 @@ impl Taken {
 fn filling(fill: Fill) -> u64 {
     match fill {
         Fill::None => 0,
-        Fill::Background => 8 * 12 + 20 + 28,
+        Fill::Background | Fill::Film => 8 * 12 + 20 + 28,
         Fill::Natural => 8 * 12 + 20 + 28 + 20 + 9,
     }
 }

@@ -86,6 +86,8 @@ pub enum Fill {
     Background,
     /// Natural-neighbour interpolation from the farther side of the hole's rim
     Natural,
+    /// What other pictures of a film show there, then as background
+    Film,
 }
 
 /// When two neighbours of a reference are on one surface.

@@ -6,7 +6,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use resample_io::film::{FrameRate, Original};
 
+use crate::output;
 use crate::values;
 use crate::values::{Bound, FrameRange, TileWord};
 
@@ -29,9 +31,22 @@ pub struct SequenceArgs {
     /// Pictures per second of an animation or of --path [default: 25]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MAX_FPS))]
     pub fps: Option<u16>,
+    /// The film that the pictures are made from.
+    #[arg(skip)]
+    pub original: Option<Original>,
     /// The pictures that this process draws.
     #[command(flatten)]
     pub part: PartArgs,
+}
+
+impl SequenceArgs {
+    /// Pictures per second: those that are asked for, else those of the film that they are made from.
+    pub(crate) fn rate(&self) -> FrameRate {
+        match (self.fps, &self.original) {
+            (None, Some(original)) => original.facts.rate,
+            (fps, _) => FrameRate::whole(u32::from(fps.unwrap_or(output::DEFAULT_FPS))),
+        }
+    }
 }
 
 /// Most steps of a turntable: an hour at 25 pictures a second is 90 000. More is a slip of the finger.

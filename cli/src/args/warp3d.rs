@@ -25,10 +25,12 @@ pub struct Warp3dArgs {
     ///
     /// A sequence has a pattern such as %05d in the name, or a list: a text file (.txt) with a name a line, or a time in
     /// seconds and a name. DEPTH is then a pattern or a list too; --from and --to may name a file of as many cameras, one
-    /// with their times or names, or a pattern.
+    /// with their times or names, or a pattern. A film is any that ffmpeg reads; - is a film on the standard input.
     #[arg(value_name = "COLOUR")]
     pub colour: String,
     /// Depth of the picture: EXR (FILE.exr#CHANNEL), PFM, PNG, .npy or TIFF, of any size
+    ///
+    /// Of a film: a film, or half of one (FILM#right, #left, #top, #bottom); of the same film, the other half is the picture.
     #[arg(value_name = "DEPTH")]
     pub depth: String,
     /// Picture to write, .png, .jpg or .exr, or - for the standard output; a pattern such as %04d is replaced by the number of the picture
@@ -116,9 +118,9 @@ pub struct WarpCameraArgs {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Depth")]
 pub struct DepthArgs {
-    /// Meaning of the depth file's numbers
-    #[arg(long, value_enum, default_value = "z")]
-    pub depth_kind: DepthKind,
+    /// Meaning of the depth file's numbers [default: z; relative for a film]
+    #[arg(long, value_enum)]
+    pub depth_kind: Option<DepthKind>,
     /// World units per stored unit, such as 0.001; needed where distances are stored in whole numbers [default: 1]
     #[arg(long, value_name = "S", value_parser = values::positive)]
     pub depth_scale: Option<f64>,
@@ -141,6 +143,13 @@ pub struct DepthArgs {
     /// Difference of the principal points of a disparity, px [default: that of calib.txt, else 0]
     #[arg(long, value_name = "PX", value_parser = values::number, allow_hyphen_values = true)]
     pub doffs: Option<f64>,
+}
+
+impl DepthArgs {
+    /// The meaning that was typed, else camera z.
+    pub fn kind(&self) -> DepthKind {
+        self.depth_kind.unwrap_or(DepthKind::Z)
+    }
 }
 
 /// Several views in one picture.
@@ -230,10 +239,17 @@ pub struct WarpSequenceArgs {
     /// Sway around the scene, up to this angle from the new camera, once around in N pictures [default: 48]
     #[arg(long, value_name = "DEG[,N]", value_parser = values::sway)]
     pub sway: Option<Sway>,
+    /// Pictures over which the depth of things at rest is averaged, scale and offset of each taken out; 0 takes every depth
+    /// as it is [default: 32 for a sequence whose depth has no unit, else 0]
+    #[arg(long, value_name = "N")]
+    pub steady: Option<u32>,
+    /// Text file of the numbers of the pictures that begin a shot, counted from 0 [default: found in colour and depth]
+    #[arg(long, value_name = "FILE")]
+    pub cuts: Option<PathBuf>,
     /// Keep pictures that were already drawn with these options and draw the rest: continues after Ctrl-C
     #[arg(long)]
     pub resume: bool,
-    /// Pictures per second of an animation or of --path [default: 25]
+    /// Pictures per second of an animation or of --path [default: 25, or the film's]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1_000))]
     pub fps: Option<u16>,
     /// The pictures that this process draws.

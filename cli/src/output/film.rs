@@ -9,13 +9,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use png::Writer;
+use resample_core::narrow::code16;
 use resample_core::{Camera, Image};
+use resample_io::film::{Container, FrameRate, Original, Writer as Video, check_tool};
 use resample_io::write::webp::WebP;
 use resample_io::write::{png as picture_png, webp};
 use tempfile::NamedTempFile;
 
-use super::video::Container;
-use super::{Depth, Listed, WriteFailure, folder_of, temporary_file, video};
+use super::{Depth, Listed, WriteFailure, folder_of, is_stdout, temporary_file};
 
 /// Kind of an animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,14 +30,16 @@ pub enum FilmKind {
 }
 
 /// An animation to make.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct FilmPlan {
     /// Its file.
     pub path: PathBuf,
     /// Its kind.
     pub kind: FilmKind,
-    /// Pictures per second, at least 1.
-    pub fps: u16,
+    /// Pictures per second.
+    pub rate: FrameRate,
+    /// The film that it is made from.
+    pub original: Option<Original>,
 }
 
 /// An animation in the making. Dropped before [`Film::finish`], it leaves nothing.
@@ -51,14 +54,19 @@ pub struct Film {
 enum Sink {
     Png(Box<Writer<File>>, Depth),
     WebP(WebP),
-    Video(video::Pipe),
+    Video(Video, Depth),
 }
 
 /// Default of pictures per second, as films in Europe have it.
 pub const DEFAULT_FPS: u16 = 25;
 
 /// The kind of animation that the extension of `path` asks for; `None` if it is no animation.
-pub fn kind_of(path: &Path, bits: Option<u8>) -> Result<Option<FilmKind>> {
+///
+/// A film made from a film goes to the standard output as Matroska, which can be piped.
+pub fn kind_of(path: &Path, bits: Option<u8>, of_film: bool) -> Result<Option<FilmKind>> {
+    if of_film && is_stdout(path) {
+        return Ok(Some(FilmKind::Video(Container::Matroska)));
+    }
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let container = match extension.as_deref() {
         Some("apng") => {
@@ -90,12 +98,25 @@ pub fn kind_of(path: &Path, bits: Option<u8>) -> Result<Option<FilmKind>> {
     Ok(Some(FilmKind::Video(container)))
 }
 
+/// Numerator and denominator of a rate in 16 bits, as animated PNGs have it: exact, or rounded to thousandths.
+fn short(rate: FrameRate) -> [u16; 2] {
+    let exact = [rate.numerator, rate.denominator].map(u16::try_from);
+    match exact {
+        [Ok(numerator), Ok(denominator)] => [numerator, denominator],
+        _ => [code16(1_000.0 * rate.per_second()), 1_000],
+    }
+}
+
 impl FilmPlan {
     /// Checks for other programs: a video needs `ffmpeg`.
     pub fn check_tools(&self) -> Result<()> {
         match self.kind {
             FilmKind::Png(_) | FilmKind::WebP => Ok(()),
-            FilmKind::Video(_) => video::check_ffmpeg(&self.path),
+            FilmKind::Video(_) => Ok(check_tool(
+                "ffmpeg",
+                &self.path,
+                "write an animated PNG (.apng) or numbered pictures (.png)",
+            )?),
         }
     }
 
@@ -146,17 +167,22 @@ impl Film {
                     let mut encoder =
                         picture_png::encoder(file.as_file().try_clone()?, size, depth);
                     encoder.set_animated(count, 0)?;
-                    encoder.set_frame_delay(1, plan.fps)?;
+                    let [numerator, denominator] = short(plan.rate);
+                    encoder.set_frame_delay(denominator, numerator)?;
                     Sink::Png(Box::new(encoder.write_header()?), depth)
                 }
                 FilmKind::WebP => Sink::WebP(WebP::begin(
                     file.as_file().try_clone()?,
                     size,
-                    plan.fps,
+                    short(plan.rate)[0] / short(plan.rate)[1],
                     count,
                 )?),
                 FilmKind::Video(container) => {
-                    Sink::Video(video::Pipe::open(file.path(), container, size, plan.fps)?)
+                    let original = plan.original.as_ref();
+                    let deep = original.is_some_and(|original| original.facts.bits > 8);
+                    let depth = if deep { Depth::Sixteen } else { Depth::Eight };
+                    let video = Video::open(file.path(), container, size, plan.rate, original)?;
+                    Sink::Video(video, depth)
                 }
             };
             Ok(Self {
@@ -178,7 +204,10 @@ impl Film {
                 .write_image_data(&picture_png::bytes(image, *depth))
                 .map_err(Into::into),
             Sink::WebP(webp) => Ok(webp.add(&picture_png::bytes(image, Depth::Eight))?),
-            Sink::Video(pipe) => pipe.add(&picture_png::opaque_bytes(image)),
+            Sink::Video(video, depth) => {
+                let bytes = picture_png::opaque_bytes(image, *depth);
+                video.add(&bytes).map_err(anyhow::Error::from)
+            }
         };
         added.with_context(|| WriteFailure {
             path: self.path.clone(),
@@ -197,10 +226,14 @@ impl Film {
             match sink {
                 Sink::Png(writer, _) => writer.finish()?,
                 Sink::WebP(webp) => webp.finish()?,
-                Sink::Video(pipe) => pipe.finish()?,
+                Sink::Video(video, _) => video.finish()?,
             }
             let bytes = std::fs::metadata(file.path())?.len();
-            file.persist(&path)?;
+            if is_stdout(&path) {
+                std::io::copy(&mut File::open(file.path())?, &mut std::io::stdout())?;
+            } else {
+                file.persist(&path)?;
+            }
             Ok(bytes)
         };
         finished().with_context(|| WriteFailure { path: path.clone() })

@@ -6,7 +6,6 @@
 
 mod film;
 mod names;
-mod video;
 #[cfg(test)]
 mod tests;
 
@@ -324,7 +323,8 @@ fn write_whole(
     })
 }
 
-fn temporary_file(folder: &Path) -> std::io::Result<(NamedTempFile, Listed)> {
+/// A temporary file in a folder, removed also by a run that is interrupted.
+pub(crate) fn temporary_file(folder: &Path) -> std::io::Result<(NamedTempFile, Listed)> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(PREFIX).suffix(SUFFIX);
     // A temporary file is private by default; a picture has the permissions of any other new file.
@@ -383,7 +383,7 @@ fn write(file: impl Write, image: &Image) -> Result<()> {
     let mut opaque = image.clone();
     opaque.rgba.iter_mut().for_each(|pixel| pixel[3] = 1.0);
     let (width, height) = (u32::try_from(image.width)?, u32::try_from(image.height)?);
-    let bytes = opaque_bytes(&opaque);
+    let bytes = opaque_bytes(&opaque, Depth::Eight);
     JpegEncoder::new_with_quality(file, QUALITY).encode(
         &bytes,
         width,

@@ -273,8 +273,10 @@ fn background(word: Option<&BackgroundWord>, opaque: bool) -> Result<Background>
 /// The animation that the name of the output asks for.
 fn film_plan(request: &Request) -> Result<Option<FilmPlan>> {
     let name = request.output.display();
-    let Some(kind) = output::kind_of(request.output, request.picture.bits)? else {
-        if request.sequence.fps.is_some() && request.sequence.path.is_none() {
+    let original = request.sequence.original.as_ref();
+    let kind = output::kind_of(request.output, request.picture.bits, original.is_some())?;
+    let Some(kind) = kind else {
+        if original.is_none() && request.sequence.fps.is_some() && request.sequence.path.is_none() {
             bail!(
                 "{name}: --fps is for --path and for animations, whose name ends in .apng, .webp, .mp4, .webm or .mkv"
             );
@@ -292,11 +294,11 @@ fn film_plan(request: &Request) -> Result<Option<FilmPlan>> {
              such as out_%04d.png, and put them together with ffmpeg"
         );
     }
-    let fps = request.sequence.fps.unwrap_or(output::DEFAULT_FPS);
     let film = FilmPlan {
         path: request.output.to_owned(),
         kind,
-        fps,
+        rate: request.sequence.rate(),
+        original: original.cloned(),
     };
     film.check_tools()?;
     Ok(Some(film))

@@ -36,7 +36,7 @@ pub(crate) fn picture_record(request: &Request, format: Format) -> Value {
         Format::Exr => None,
     };
     // The name has been checked by now.
-    let film = output::kind_of(request.output, None).ok().flatten();
+    let film = output::kind_of(request.output, None, request.sequence.original.is_some()).ok().flatten();
     let (colour, file) = match &request.picture.background {
         Some(BackgroundWord::Colour(colour)) => (Some(colour), None),
         Some(BackgroundWord::File(path)) => (None, Some(path)),
@@ -47,6 +47,6 @@ pub(crate) fn picture_record(request: &Request, format: Format) -> Value {
         "bits": bits,
         "background_linear": colour,
         "background_file": file.map(|file| report::name(file)),
-        "fps": film.map(|_| request.sequence.fps.unwrap_or(output::DEFAULT_FPS)),
+        "fps": film.map(|_| request.sequence.rate().per_second()),
     })
 }

@@ -46,6 +46,7 @@ impl std::error::Error for Interrupted {}
 pub(crate) struct Patience(());
 
 /// A temporary file that is listed for removal; its end takes it off the list.
+#[derive(Debug)]
 pub(crate) struct Listed {
     path: PathBuf,
 }

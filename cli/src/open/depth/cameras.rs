@@ -28,7 +28,7 @@ pub(crate) fn of_frames(
 ) -> Result<Vec<Camera>> {
     let mut cameras = vec![first];
     for index in 1..frames.len() {
-        let words = frames.words(args, index);
+        let words = frames.words(args, index)?;
         let from = scene::camera(&words)?.for_distance(nearest)?;
         let mut of_frame = to_cameras(&words, &from, nearest)?;
         cameras.push(of_frame.remove(0));

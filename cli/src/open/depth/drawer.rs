@@ -3,12 +3,16 @@
 use anyhow::Result;
 use resample_core::{Camera, Image};
 use serde_json::json;
-use warp3d::{FrameStats, Warper};
+use warp3d::film::{Film, FilmOptions, Freedom, Hidden};
+use warp3d::input::DepthKind;
+use warp3d::{Fill, FrameStats, Reference, Warper};
 
 use crate::args::Warp3dArgs;
 use crate::cameras::multiview::Layout;
+use crate::open::depth::film::{FilmInput, Streams};
 use crate::open::depth::frames::Frames;
 use crate::open::depth::scene;
+use crate::open::depth::scene::WarpScene;
 use crate::picture::Drawn;
 use crate::process::report::{Account, Cost, Notes};
 
@@ -19,9 +23,19 @@ pub(crate) struct Drawer {
     pub(crate) source: Option<Source>,
     pub(crate) layout: Layout,
     pub(crate) convergence: f64,
+    pub(crate) converges: Converges,
     /// Notes that were printed.
     pub(crate) notes: Notes,
     pub(crate) last: LastPicture,
+}
+
+/// Where the views of a pair agree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Converges {
+    /// At a distance that was typed, or nowhere.
+    AtDistance,
+    /// At the median depth of the first picture of each shot.
+    AtMedian,
 }
 
 /// The last picture that was drawn, for `--filled` and `--confidence`.
@@ -35,29 +49,117 @@ pub(crate) enum LastPicture {
 /// Pictures with depth, one for each picture that is drawn.
 pub(crate) struct Source {
     pub(crate) frames: Frames,
-    pub(crate) args: Warp3dArgs,
+    args: Warp3dArgs,
+    /// The films that are read, at the picture `next`.
+    streams: Option<Streams>,
+    /// What is kept from picture to picture.
+    film: Option<Film>,
+    /// The picture that follows the last one that was read.
+    next: usize,
     /// The picture whose references the warper holds.
-    pub(crate) current: usize,
+    current: Option<usize>,
+}
+
+/// A picture that was read.
+pub(crate) struct Read {
+    pub(crate) scene: WarpScene,
+    /// What it hides and other pictures show.
+    pub(crate) hidden: Option<Reference>,
+    /// Whether a shot has begun since the picture that was read before.
+    pub(crate) begins_shot: bool,
 }
 
 impl Source {
-    /// The warper of picture `number`, if it is another than the present one.
-    fn next(&mut self, number: usize, notes: &mut Notes) -> Result<Option<Warper>> {
-        if self.current == number {
-            return Ok(None);
-        }
-        self.current = number;
-        let words = self.frames.words(&self.args, number);
-        let scene = scene::read(&words, notes)?;
-        let options = self.args.render.options.options()?;
-        Ok(Some(Warper::new(scene.references, &options)?))
+    /// The pictures of `frames`, from the first one.
+    pub(crate) fn new(frames: Frames, args: &Warp3dArgs) -> Result<Self> {
+        let mut source = Self {
+            frames,
+            args: args.clone(),
+            streams: None,
+            film: None,
+            next: 0,
+            current: None,
+        };
+        source.rewind()?;
+        Ok(source)
     }
+
+    /// Back to the first picture.
+    fn rewind(&mut self) -> Result<()> {
+        self.streams = self.frames.film().map(FilmInput::open).transpose()?;
+        self.film = film_options(&self.args).map(Film::new);
+        self.next = 0;
+        Ok(())
+    }
+
+    /// Reads picture `number`, and those before it where it depends on them.
+    pub(crate) fn read(&mut self, number: usize, notes: &mut Notes) -> Result<Read> {
+        if self.streams.is_none() && self.film.is_none() {
+            self.next = number;
+        } else if number < self.next {
+            self.rewind()?;
+        }
+        let mut begins_shot = false;
+        loop {
+            let index = self.next;
+            let mut words = self.frames.words(&self.args, index)?;
+            if let (Some(streams), Some(film)) = (&mut self.streams, self.frames.film()) {
+                words.source = streams.next(film)?;
+            }
+            self.next += 1;
+            let said = self.frames.begins_shot(index);
+            if self.film.is_none() && index < number {
+                begins_shot |= said == Some(true);
+                continue;
+            }
+            let mut scene = scene::read(&words, notes)?;
+            let mut hidden = None;
+            match (&mut self.film, &mut scene.references[..]) {
+                (Some(film), [picture]) => {
+                    let added = film.add(picture, said)?;
+                    hidden = added.hidden;
+                    begins_shot |= added.begins_shot;
+                }
+                _ => begins_shot |= said == Some(true),
+            }
+            if index == number {
+                self.current = Some(number);
+                return Ok(Read {
+                    scene,
+                    hidden,
+                    begins_shot,
+                });
+            }
+        }
+    }
+}
+
+/// What is kept from picture to picture; `None` where every picture stands for itself.
+fn film_options(args: &Warp3dArgs) -> Option<FilmOptions> {
+    /// Pictures of a mean where nothing is typed: a second of film.
+    const STEADY: u32 = 32;
+    let kind = args.meaning.kind();
+    let has_no_unit = kind == DepthKind::Relative;
+    let steady = args.sequence.steady.unwrap_or(if has_no_unit { STEADY } else { 0 });
+    let hidden = match args.render.options.fill {
+        Fill::Film => Hidden::Kept,
+        Fill::None | Fill::Background | Fill::Natural => Hidden::LeftOut,
+    };
+    let freedom = match kind {
+        DepthKind::Relative | DepthKind::Inverse => Freedom::ScaleAndOffset,
+        _ => Freedom::Scale,
+    };
+    (steady > 0 || hidden == Hidden::Kept).then_some(FilmOptions {
+        freedom,
+        steady,
+        hidden,
+    })
 }
 
 impl Drawer {
     /// Draws, and warns of an empty picture.
     pub(crate) fn draw(&mut self, sheet: &Camera, number: usize) -> Result<Drawn> {
-        self.turn_to(number)?;
+        self.turn_to(number, sheet)?;
         let drawn = self.draw_silently(sheet)?;
         if drawn.image.rgba.iter().all(|pixel| !(pixel[3] > 0.0)) {
             self.notes.say(
@@ -67,13 +169,21 @@ impl Drawer {
         Ok(drawn)
     }
 
-    /// Takes the references of picture `number`.
-    pub(crate) fn turn_to(&mut self, number: usize) -> Result<()> {
-        if let Some(source) = &mut self.source
-            && let Some(warper) = source.next(number, &mut self.notes)?
-        {
-            self.warper = warper;
+    /// Takes the references of picture `number`, and with a new shot its own convergence.
+    pub(crate) fn turn_to(&mut self, number: usize, sheet: &Camera) -> Result<()> {
+        let Some(source) = &mut self.source else {
+            return Ok(());
+        };
+        if source.current == Some(number) {
+            return Ok(());
         }
+        let read = source.read(number, &mut self.notes)?;
+        if read.begins_shot && self.converges == Converges::AtMedian {
+            let median = scene::median_depth(&read.scene.references, sheet);
+            self.convergence = median.unwrap_or(self.convergence);
+        }
+        let options = source.args.render.options.options()?;
+        self.warper = Warper::with_hidden(read.scene.references, read.hidden, &options)?;
         Ok(())
     }
 

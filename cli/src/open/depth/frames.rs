@@ -13,6 +13,8 @@ use warp3d::input::{Part, colour, range_of_sequence, read_text};
 use crate::args::Warp3dArgs;
 use crate::cameras::viewpoint;
 use crate::cameras::viewpoint::{Known, Viewpoint};
+use crate::open::depth::film;
+use crate::open::depth::film::FilmInput;
 use crate::open::depth::scene;
 use crate::output::FrameNames;
 use crate::process::report;
@@ -27,6 +29,10 @@ pub(crate) struct Frames {
     frames: Vec<Frame>,
     /// The range of their depths where these have no unit: one for all.
     range: Option<[f64; 2]>,
+    /// The film that they are read from.
+    film: Option<FilmInput>,
+    /// The pictures that begin a shot, where somebody says so.
+    cuts: Option<Vec<usize>>,
 }
 
 /// One picture and its depth.
@@ -51,7 +57,11 @@ struct Item {
 
 impl Frames {
     /// The frames that the words name; `None` where they name one picture.
-    pub(crate) fn find(args: &Warp3dArgs) -> Result<Option<Self>> {
+    pub(crate) fn find(args: &mut Warp3dArgs, progress: Progress) -> Result<Option<Self>> {
+        if let Some(film) = FilmInput::find(args, progress)? {
+            film.set_defaults(args)?;
+            return Self::of_film(args, film).map(Some);
+        }
         let (colours, depths) = match (items(&args.colour)?, items(&args.depth)?) {
             (None, None) => return Ok(None),
             (Some(colours), Some(depths)) => (colours, depths),
@@ -79,9 +89,12 @@ impl Frames {
                 })
             })
             .collect();
+        let cuts = args.sequence.cuts.as_deref();
         let frames = Self {
             frames,
             range: None,
+            film: None,
+            cuts: cuts.map(film::read_cuts).transpose()?,
         };
         frames.note_missing(pictures, "depth of their number or time", &args.depth)?;
         let size = colour::size(&Part::from_text(&frames.frames[0].colour))?;
@@ -91,26 +104,70 @@ impl Frames {
         Ok(Some(frames))
     }
 
+    /// The pictures of a film.
+    fn of_film(args: &Warp3dArgs, film: FilmInput) -> Result<Self> {
+        let frame = |number| Frame {
+            number,
+            time: None,
+            colour: args.colour.clone(),
+            depth: args.depth.clone(),
+            from: args.cameras.from.clone(),
+            to: args.cameras.to.clone(),
+        };
+        let frames = (0..film.pictures()).map(frame).collect();
+        let size = film.size()?;
+        let cuts = film.shots().iter().map(|shot| shot.first).collect();
+        let frames = Self {
+            frames,
+            range: None,
+            film: Some(film),
+            cuts: Some(cuts),
+        };
+        frames.with_cameras(args, size)
+    }
+
+    /// The film that they are read from.
+    pub(crate) fn film(&self) -> Option<&FilmInput> {
+        self.film.as_ref()
+    }
+
+    /// Whether frame `index` begins a shot, where somebody has said it.
+    pub(crate) fn begins_shot(&self, index: usize) -> Option<bool> {
+        Some(index == 0 || self.cuts.as_ref()?.contains(&index))
+    }
+
     /// How many there are.
     pub(crate) fn len(&self) -> usize {
         self.frames.len()
     }
 
     /// The words of frame `index`, as if it were alone.
-    pub(crate) fn words(&self, args: &Warp3dArgs, index: usize) -> Warp3dArgs {
+    pub(crate) fn words(&self, args: &Warp3dArgs, index: usize) -> Result<Warp3dArgs> {
         let frame = self.frames[index].clone();
         let mut words = args.clone();
         (words.colour, words.depth) = (frame.colour, frame.depth);
         (words.cameras.from, words.cameras.to) = (frame.from, frame.to);
-        words.meaning.relative_range = self.range.or(words.meaning.relative_range);
-        words
+        let shot = self.film.as_ref().map_or(&[][..], FilmInput::shots);
+        let shot = shot.iter().rev().find(|shot| shot.first <= index);
+        let range = self.range.or(shot.and_then(|shot| shot.range));
+        words.meaning.relative_range = words.meaning.relative_range.or(range);
+        if let Some(film) = &self.film {
+            words.source = film.blank()?;
+        }
+        Ok(words)
     }
 
     /// Looks through the depths of the whole sequence where one range has to be found for all of them.
     pub(crate) fn find_range(&mut self, args: &Warp3dArgs, progress: Progress) -> Result<()> {
-        let depths: Vec<Part> = (self.frames.iter())
-            .map(|frame| Part::from_text(&frame.depth))
-            .collect();
+        if self.film.as_ref().is_some_and(FilmInput::has_ranges) {
+            return Ok(());
+        }
+        let depths: Vec<Part> = match &self.film {
+            Some(film) => film.depth_files(),
+            None => (self.frames.iter())
+                .map(|frame| Part::from_text(&frame.depth))
+                .collect(),
+        };
         let meaning = scene::meaning(&args.meaning, None);
         let room = Room(Gate::new(Outside::Refused, args.max_memory).max_memory());
         let mut watch = watch("looking through the depths", progress);
@@ -119,15 +176,20 @@ impl Frames {
     }
 
     /// The files that the frames are read from.
-    pub(crate) fn files(&self) -> impl Iterator<Item = PathBuf> {
-        self.frames.iter().flat_map(|frame| {
-            let path = |text: &str| Part::from_text(text).path;
-            let cameras = [&frame.from, &frame.to].into_iter().flatten();
-            let cameras = cameras.filter_map(|word| word.path().map(Path::to_owned));
-            [path(&frame.colour), path(&frame.depth)]
-                .into_iter()
-                .chain(cameras)
-        })
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        let path = |text: &String| Part::from_text(text).path;
+        let cameras = |frame: &'_ Frame| {
+            let words = [frame.from.clone(), frame.to.clone()].into_iter().flatten();
+            words.filter_map(|word| word.path().map(Path::to_owned))
+        };
+        let pictures: Vec<PathBuf> = match &self.film {
+            Some(film) => film.files().iter().map(path).collect(),
+            None => (self.frames.iter())
+                .flat_map(|frame| [path(&frame.colour), path(&frame.depth)])
+                .collect(),
+        };
+        let cameras = self.frames.iter().flat_map(cameras);
+        pictures.into_iter().chain(cameras).collect()
     }
 
     /// Says how many of `count` pictures are left out, and refuses where all are.
@@ -269,6 +331,12 @@ fn partner<'a>(colour: &Item, depths: &'a [Item]) -> Option<&'a Item> {
         }
         _ => depths.iter().find(|depth| depth.number == colour.number),
     }
+}
+
+/// The names of the files of a pattern or a list; `None` for a single file.
+pub(crate) fn files_of(word: &str) -> Result<Option<Vec<String>>> {
+    let names = |items: Vec<Item>| items.into_iter().map(|item| item.file).collect();
+    Ok(items(word)?.map(names))
 }
 
 /// The files of a pattern or a list; `None` for a single file.

@@ -3,6 +3,7 @@
 //! [`OpenDepth`] checks the options before it reads a picture, then reads the references and places the cameras. It writes files
 //! last.
 
+mod film;
 pub(crate) mod frames;
 pub(crate) mod scene;
 
@@ -36,7 +37,7 @@ mod drawer;
 
 use crate::open::depth::scene::{record, write_planes};
 use cameras::{cameras, check_layout, convergence, layout, of_frames, targets};
-use drawer::{Drawer, LastPicture, Source};
+use drawer::{Converges, Drawer, LastPicture, Source};
 
 /// The groups of options that every command has, for the shared code.
 struct Shared {
@@ -62,8 +63,17 @@ struct Ready {
 
 impl OpenDepth {
     /// Checks the arguments, reads the references, places the cameras and prepares the warp.
-    pub(crate) fn read(args: Warp3dArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
-        let ready = Ready::new(&args, purpose, verbosity)?;
+    pub(crate) fn read(
+        mut args: Warp3dArgs,
+        purpose: Purpose,
+        verbosity: Verbosity,
+    ) -> Result<Self> {
+        check_words(&args)?;
+        let frames = match args.source.held() {
+            None => Frames::find(&mut args, verbosity.progress())?,
+            Some(_) => None,
+        };
+        let ready = Ready::new(&args, frames, purpose, verbosity)?;
         Ok(Self { args, ready })
     }
 }
@@ -108,7 +118,8 @@ impl OpenScene for OpenDepth {
     }
 
     fn turn_to(&mut self, number: usize) -> Result<()> {
-        self.ready.drawer.turn_to(number)
+        let camera = self.ready.cameras[number];
+        self.ready.drawer.turn_to(number, &camera)
     }
 
     fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
@@ -161,12 +172,12 @@ impl OpenScene for OpenDepth {
 }
 
 impl Ready {
-    fn new(args: &Warp3dArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
-        check_words(args)?;
-        let mut frames = match args.source.held() {
-            None => Frames::find(args)?,
-            Some(_) => None,
-        };
+    fn new(
+        args: &Warp3dArgs,
+        mut frames: Option<Frames>,
+        purpose: Purpose,
+        verbosity: Verbosity,
+    ) -> Result<Self> {
         let shared = shared(args, frames.as_ref());
         let request = request(args, &shared);
         // How many pictures there will be is known when the cameras are read; a name that cannot be is refused now.
@@ -177,7 +188,7 @@ impl Ready {
             Some(frames) => {
                 check_frames(args, purpose)?;
                 frames.find_range(args, verbosity.progress())?;
-                frames.words(args, 0)
+                frames.words(args, 0)?
             }
             None => args.clone(),
         };
@@ -187,15 +198,22 @@ impl Ready {
             .size
             .map_or([1, 1], |size| [size.width, size.height]);
         check_memory(&first, &options, guess)?;
-        let scene = scene::read(&first, &mut notes)?;
+        let mut source = frames.map(|frames| Source::new(frames, args)).transpose()?;
+        let (scene, hidden) = match &mut source {
+            Some(source) => {
+                let read = source.read(0, &mut notes)?;
+                (read.scene, read.hidden)
+            }
+            None => (scene::read(&first, &mut notes)?, None),
+        };
         let layout = layout(args, scene.nearest);
         let mut targets = targets(&first, &scene)?;
         let convergence = convergence(args, &scene, &targets[0])?;
-        if let Some(frames) = &frames {
+        if let Some(Source { frames, .. }) = &source {
             targets = of_frames(args, frames, targets[0], scene.nearest)?;
         }
         let cameras = cameras(args, &layout, &targets, convergence)?;
-        let plan = plan(args, &request, cameras.len() > 1 || frames.is_some())?;
+        let plan = plan(args, &request, cameras.len() > 1 || source.is_some())?;
         let cameras = plan.checked(cameras)?;
         let largest = cameras
             .iter()
@@ -204,16 +222,17 @@ impl Ready {
         check_memory(&first, &options, largest.unwrap_or(guess))?;
         let load_ms = report::ms_since(start);
         let account = json!({ "references": scene.references.len(), "samples": scene::known(&scene.references) });
-        let warper = Warper::new(scene.references, &options)?;
+        let warper = Warper::with_hidden(scene.references, hidden, &options)?;
+        let converges = match args.views.convergence {
+            None if layout.needs_convergence() => Converges::AtMedian,
+            _ => Converges::AtDistance,
+        };
         let drawer = Drawer {
             warper,
-            source: frames.map(|frames| Source {
-                frames,
-                args: args.clone(),
-                current: 0,
-            }),
+            source,
             layout,
             convergence,
+            converges,
             notes,
             last: LastPicture::NotKept,
         };
@@ -312,6 +331,7 @@ fn shared(args: &Warp3dArgs, frames: Option<&Frames>) -> Shared {
             resume: sequence.resume,
             fps: sequence.fps,
             part: sequence.part,
+            original: frames.and_then(|frames| frames.film()?.original()),
             ..SequenceArgs::default()
         },
         inputs: scene::files(args)
@@ -355,7 +375,7 @@ fn check_words(args: &Warp3dArgs) -> Result<()> {
     if args.confidence.is_some() && args.views.anaglyph.is_some() {
         bail!("--confidence: an anaglyph shows two views at once: leave it out");
     }
-    if args.meaning.relative_range.is_some() && args.meaning.depth_kind != DepthKind::Relative {
+    if args.meaning.relative_range.is_some() && args.meaning.kind() != DepthKind::Relative {
         bail!("--relative-range is the range of relative depth: give --depth-kind relative too");
     }
     let views = &args.views;

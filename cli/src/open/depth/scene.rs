@@ -275,7 +275,7 @@ fn held(typed: &Typed, found: &Described, notes: &mut Notes) -> Result<Vec<Refer
 /// The meaning of a depth file's numbers.
 pub(crate) fn meaning(args: &DepthArgs, pair: Option<&Pair>) -> DepthMeaning {
     DepthMeaning {
-        kind: args.depth_kind,
+        kind: args.kind(),
         scale: args.depth_scale,
         invalid: args.invalid,
         baseline: args.baseline.or(pair.map(|pair| pair.baseline)),
@@ -327,13 +327,14 @@ pub(crate) fn record(
         "depth": args.depth,
         "from": args.cameras.from.as_ref().map(ToString::to_string),
         "to": args.cameras.to.as_ref().map(ToString::to_string),
-        "depth_kind": meaning.depth_kind,
+        "depth_kind": meaning.kind(),
         "depth_scale": meaning.depth_scale,
         "near": meaning.near,
         "far": meaning.far,
         "relative_range": meaning.relative_range,
         "invalid": meaning.invalid,
         "baseline": meaning.baseline,
+        "steady": args.sequence.steady,
         "doffs": meaning.doffs,
         "stereo": args.views.stereo,
         "convergence": convergence.is_finite().then_some(convergence),

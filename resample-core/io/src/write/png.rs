@@ -97,13 +97,24 @@ pub fn bytes(image: &Image, depth: Depth) -> Vec<u8> {
     }
 }
 
-/// Red, green and blue of an opaque picture, 8 bits in sRGB.
-pub fn opaque_bytes(image: &Image) -> Vec<u8> {
-    image
-        .rgba
-        .par_iter()
-        .flat_map_iter(|&pixel| eight_bits(pixel).into_iter().take(3))
-        .collect()
+/// Red, green and blue of an opaque picture in sRGB; sixteen bits with the low byte first.
+pub fn opaque_bytes(image: &Image, depth: Depth) -> Vec<u8> {
+    let words = |pixel| {
+        let [r1, r0, g1, g0, b1, b0, ..] = sixteen_bits(pixel);
+        [r0, r1, g0, g1, b0, b1]
+    };
+    match depth {
+        Depth::Eight => image
+            .rgba
+            .par_iter()
+            .flat_map_iter(|&pixel| eight_bits(pixel).into_iter().take(3))
+            .collect(),
+        Depth::Sixteen => image
+            .rgba
+            .par_iter()
+            .flat_map_iter(|&pixel| words(pixel))
+            .collect(),
+    }
 }
 
 fn eight_bits(pixel: [f32; 4]) -> [u8; 4] {
