@@ -10,6 +10,7 @@ use pyo3::types::{PyBytes, PyDict};
 use resample_cli::output::{self, DEFAULT_FPS, Film, FilmPlan};
 use resample_core::Image;
 use resample_core::image::Plane;
+use resample_io::film::FrameRate;
 
 use crate::fault;
 use crate::mesh::read;
@@ -154,7 +155,7 @@ pub(crate) fn write_film(
 }
 
 fn begun(path: &Path, first: &Image, (count, fps): (u32, Option<u16>)) -> anyhow::Result<Film> {
-    let kind = output::kind_of(path, None)?.with_context(|| {
+    let kind = output::kind_of(path, None, false)?.with_context(|| {
         format!(
             "{}: an animation's name ends in .apng, .webp, .mp4, .webm or .mkv",
             path.display()
@@ -163,7 +164,8 @@ fn begun(path: &Path, first: &Image, (count, fps): (u32, Option<u16>)) -> anyhow
     let plan = FilmPlan {
         path: path.to_owned(),
         kind,
-        fps: fps.unwrap_or(DEFAULT_FPS),
+        rate: FrameRate::whole(u32::from(fps.unwrap_or(DEFAULT_FPS))),
+        original: None,
     };
     plan.check_tools()?;
     output::check_writable(path)?;

@@ -36,7 +36,9 @@ pub(crate) fn picture_record(request: &Request, format: Format) -> Value {
         Format::Exr => None,
     };
     // The name has been checked by now.
-    let film = output::kind_of(request.output, None, request.sequence.original.is_some()).ok().flatten();
+    let film = output::kind_of(request.output, None, request.sequence.original.is_some())
+        .ok()
+        .flatten();
     let (colour, file) = match &request.picture.background {
         Some(BackgroundWord::Colour(colour)) => (Some(colour), None),
         Some(BackgroundWord::File(path)) => (None, Some(path)),

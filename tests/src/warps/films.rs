@@ -49,7 +49,8 @@ impl FilmScene {
     /// The scene and the camera of picture `number`, `size` px.
     pub fn at(self, number: usize, size: [u32; 2]) -> (AnalyticScene, Camera) {
         let time = number as f64 / RATE;
-        let wave = |period: f64, phase: f64| (std::f64::consts::TAU * (time / period + phase)).sin();
+        let wave =
+            |period: f64, phase: f64| (std::f64::consts::TAU * (time / period + phase)).sin();
         let wall = |z: f64| Body::Card(DVec3::new(0.0, 0.0, z), DVec3::X * 40.0, DVec3::Y * 20.0);
         let focal_px = 0.9 * f64::from(size[0]);
         let (scene, eye, yaw) = match self {
@@ -89,7 +90,11 @@ impl FilmScene {
                     (vase, 0.35, [0.3, 0.5, 0.9]),
                     (plant, 0.3, [0.3, 0.7, 0.3]),
                 ];
-                let sway = DVec3::new(0.12 * wave(1.7, 0.0), 0.05 * wave(1.2, 0.3), 0.04 * wave(2.3, 0.1));
+                let sway = DVec3::new(
+                    0.12 * wave(1.7, 0.0),
+                    0.05 * wave(1.2, 0.3),
+                    0.04 * wave(2.3, 0.1),
+                );
                 (parts, sway, 0.01 * wave(1.9, 0.6))
             }
         };
@@ -134,7 +139,10 @@ impl Network {
         };
         let width = exact.camera.width as usize;
         let inverse: Vec<f64> = soft.depth.iter().map(|&z| 1.0 / f64::from(z)).collect();
-        let largest = exact.depth.iter().fold(0f64, |most, &z| most.max(1.0 / f64::from(z)));
+        let largest = exact
+            .depth
+            .iter()
+            .fold(0f64, |most, &z| most.max(1.0 / f64::from(z)));
         let mut random = Random(0x9e37_79b9_7f4a_7c15 ^ (number as u64 + 1) << 20);
         let scale = 1.0 + self.scale * (2.0 * random.next() - 1.0);
         let offset = 0.4 * self.scale * largest * (2.0 * random.next() - 1.0);
@@ -148,7 +156,9 @@ impl Network {
             1.0 / ((found / step).round().max(1.0) * step)
         };
         Reference {
-            depth: (0..inverse.len()).map(|index| value(index, &mut random) as f32).collect(),
+            depth: (0..inverse.len())
+                .map(|index| value(index, &mut random) as f32)
+                .collect(),
             ..exact.clone()
         }
     }

@@ -129,7 +129,9 @@ impl AnalyticScene {
 
     /// For each pixel centre of `camera`, the place that it shows, if that belongs to a body that has not moved.
     pub fn places(&self, camera: &Camera) -> Vec<Option<DVec3>> {
-        self.rays(camera, |met| met.filter(|met| !met.moves).map(|met| met.pos_in_world))
+        self.rays(camera, |met| {
+            met.filter(|met| !met.moves).map(|met| met.pos_in_world)
+        })
     }
 
     /// Returns true if `camera` sees the place.

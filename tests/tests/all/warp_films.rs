@@ -1,125 +1,300 @@
-//! Films: steady depth, things that move, and what other pictures show of what one hides.
+//! Films: steady depth, things that move, and what other pictures show of what one hides, against ray-traced films.
 
+use rayon::prelude::*;
 use resample_core::Image;
 use resample_tests::warps::films::{FilmScene, Network};
-use rayon::prelude::*;
+use resample_tests::warps::truth::WarpScene;
 use warp3d::film::{Film, FilmOptions, Hidden};
-use warp3d::{Fill, Reference, WarpOptions, Warper};
+use warp3d::{Fill, Method, Reference, SurfaceTolerance, WarpOptions, Warper};
 
 const SIZE: [u32; 2] = [320, 180];
 const PICTURES: usize = 30;
 
-/// Distance of the eyes, world units: of the Face the wall is 10 px away, the head 20.
+/// Distance of the eyes, world units: the wall of the Face is 10 px away, its head 20.
 const BASELINE: f64 = 0.2;
 
-/// The pictures of a film with their exact depth, and as a network gives them.
-fn pictures(scene: FilmScene, network: Network) -> Vec<(Reference, Reference)> {
-    (0..PICTURES)
-        .into_par_iter()
-        .map(|number| {
-            let exact = scene.picture(number, SIZE);
-            let found = network.of(&exact, number);
-            (exact, found)
-        })
-        .collect()
-}
+const STEADY: FilmOptions = FilmOptions {
+    freedom: warp3d::film::Freedom::ScaleAndOffset,
+    steady: 32,
+    hidden: Hidden::LeftOut,
+};
 
 /// Disparity of each pixel, px.
 fn disparities(reference: &Reference) -> Vec<f64> {
     let scale = reference.camera.fx * BASELINE;
-    reference.depth.iter().map(|&z| scale / f64::from(z)).collect()
+    let depths = reference.depth.iter();
+    depths.map(|&z| scale / f64::from(z)).collect()
 }
 
-/// Mean over pixels of the standard deviation over time of the disparities at pixels that `counts`.
-fn unsteadiness(film: &[Vec<f64>], counts: impl Fn(usize) -> bool) -> f64 {
-    let pixels = (0..film[0].len()).filter(|&index| counts(index));
+/// Mean over the pixels that count of the standard deviation of their disparity over time, px.
+fn unsteadiness(film: &[Vec<f64>], counts: &[bool]) -> f64 {
     let n = film.len() as f64;
     let deviation = |index: usize| {
         let mean = film.iter().map(|d| d[index]).sum::<f64>() / n;
-        (film.iter().map(|d| (d[index] - mean).powi(2)).sum::<f64>() / n).sqrt()
+        let squares = film.iter().map(|d| (d[index] - mean).powi(2)).sum::<f64>();
+        (squares / n).sqrt()
     };
-    let (sum, count) = pixels.fold((0.0, 0), |(sum, count), i| (sum + deviation(i), count + 1));
-    sum / f64::from(count)
+    let pixels = (0..counts.len()).filter(|&index| counts[index]);
+    let deviations: Vec<f64> = pixels.map(deviation).collect();
+    deviations.iter().sum::<f64>() / deviations.len() as f64
+}
+
+/// Root mean square and mean error of the disparities above `least`, px, after the one scale and offset that fit the film best.
+fn errors(film: &[Vec<f64>], truth: &[Vec<f64>], least: f64) -> [f64; 2] {
+    let pairs = || film.iter().zip(truth).flat_map(|(d, e)| d.iter().zip(e));
+    let (mut n, mut x, mut y, mut xx, mut xy) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (&d, &e) in pairs() {
+        n += 1.0;
+        x += d;
+        y += e;
+        xx += d * d;
+        xy += d * e;
+    }
+    let scale = (n * xy - x * y) / (n * xx - x * x);
+    let offset = (y - scale * x) / n;
+    let near = pairs().filter(|&(_, &e)| e > least);
+    let errors: Vec<f64> = near.map(|(d, e)| scale * d + offset - e).collect();
+    let count = errors.len() as f64;
+    let squares = errors.iter().map(|e| e * e).sum::<f64>();
+    [(squares / count).sqrt(), errors.iter().sum::<f64>() / count]
 }
 
 #[test]
-fn a_background_at_rest_rests() {
-    let film = pictures(FilmScene::Face, Network::USUAL);
-    let exact: Vec<Vec<f64>> = film.iter().map(|(exact, _)| disparities(exact)).collect();
-    let raw: Vec<Vec<f64>> = film.iter().map(|(_, found)| disparities(found)).collect();
-    let options = FilmOptions { hidden: Hidden::LeftOut, ..FilmOptions::default() };
-    let mut steadier = Film::new(options);
-    let steady: Vec<Vec<f64>> = film.iter().map(|(_, found)| {
-        let mut found = found.clone();
-        steadier.add(&mut found, None).expect("a picture");
-        disparities(&found)
-    }).collect();
-    // The wall is farther than all else: pixels that show it in every picture, off the soft edges.
-    let wall = |index: usize| {
-        let (x, y) = (index % SIZE[0] as usize, index / SIZE[0] as usize);
-        exact.iter().all(|d| {
-            (-4i64..=4).all(|dx| (-4i64..=4).all(|dy| {
-                let x = (x as i64 + dx).clamp(0, 319) as usize;
-                let y = (y as i64 + dy).clamp(0, 179) as usize;
-                d[y * SIZE[0] as usize + x] < 11.0
-            }))
+fn a_background_at_rest_rests_and_a_head_that_moves_does_not_lag() {
+    let exact: Vec<Reference> = (0..PICTURES)
+        .into_par_iter()
+        .map(|number| FilmScene::Face.picture(number, SIZE))
+        .collect();
+    let truth: Vec<Vec<f64>> = exact.iter().map(disparities).collect();
+    let networks = exact.iter().enumerate();
+    let found: Vec<Reference> = networks.map(|(i, e)| Network::USUAL.of(e, i)).collect();
+    let raw: Vec<Vec<f64>> = found.iter().map(disparities).collect();
+    let mut film = Film::new(STEADY);
+    let steady: Vec<Vec<f64>> = found
+        .into_iter()
+        .map(|mut picture| {
+            let added = film.add(&mut picture, None).expect("a picture");
+            assert!(added.hidden.is_none());
+            disparities(&picture)
+        })
+        .collect();
+    // The wall where it is never hidden, off the soft edges of what hides it.
+    let width = SIZE[0] as usize;
+    let near = |index: usize| truth.iter().any(|d| d[index] > 11.0);
+    let near: Vec<bool> = (0..truth[0].len()).map(near).collect();
+    let wall: Vec<bool> = (0..near.len())
+        .map(|index| {
+            let (x, y) = (index % width, index / width);
+            let mut rows = y.saturating_sub(5)..(y + 6).min(SIZE[1] as usize);
+            rows.all(|y| {
+                !near[y * width..][x.saturating_sub(5)..(x + 6).min(width)].contains(&true)
+            })
+        })
+        .collect();
+    let [before, after] = [&raw, &steady].map(|film| unsteadiness(film, &wall));
+    println!("wall: {before:.3} px, steady {after:.3} px");
+    assert!(before > 0.2, "the network's depth pumps");
+    assert!(after < 0.1, "a wall at rest: {after} px");
+    // The disparity of the head, and where it is: errors at its edges count.
+    let [[rms_before, _], [rms, bias]] = [&raw, &steady].map(|film| errors(film, &truth, 16.0));
+    println!("head: {rms_before:.3} px, steady {rms:.3} px, bias {bias:.3} px");
+    assert!(
+        rms < rms_before,
+        "a head that moves is no worse: {rms}, {rms_before} px"
+    );
+}
+
+/// Signal to noise over the pixels that count, dB.
+fn psnr(image: &Image, truth: &Image, counts: &[bool]) -> f64 {
+    let pixels = image.rgba.iter().zip(&truth.rgba).zip(counts);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for ((a, b), _) in pixels.filter(|(_, counts)| **counts) {
+        for (a, b) in a.iter().zip(b).take(3) {
+            sum += f64::from(a.clamp(0.0, 1.0) - b).powi(2);
+            count += 1.0;
+        }
+    }
+    -10.0 * (sum / count).log10()
+}
+
+/// The pixels of a pair that its picture hides, and an earlier one showed, within the frame of the picture.
+fn uncovered(scene: FilmScene, number: usize, pair: &WarpScene) -> Vec<bool> {
+    let earlier: Vec<_> = (0..number).map(|earlier| scene.at(earlier, SIZE)).collect();
+    let (now, camera) = scene.at(number, SIZE);
+    let places = now.places(&pair.target);
+    let counts = |(place, &seen): (&Option<glam::DVec3>, &f32)| {
+        let Some(place) = *place else {
+            return false;
+        };
+        let pos = camera.camera_from_world.transform_point3(place);
+        let at = camera.screen_from_camera(pos);
+        // Near the border the pixels around it lie beyond.
+        let inside = (3.0..f64::from(SIZE[0]) - 3.0).contains(&at.x)
+            && (3.0..f64::from(SIZE[1]) - 3.0).contains(&at.y);
+        inside
+            && seen < 0.001
+            && earlier
+                .iter()
+                .any(|(scene, camera)| scene.sees(camera, place))
+    };
+    places
+        .par_iter()
+        .zip(&pair.truth.seen)
+        .map(counts)
+        .collect()
+}
+
+#[test]
+fn a_film_fills_what_one_picture_hides() {
+    let tolerance = SurfaceTolerance::Relative(0.03);
+    let options = |network: bool| WarpOptions {
+        fill: Fill::Background,
+        method: match network {
+            true => Method::Hybrid {
+                tolerance,
+                subpixels: 4,
+            },
+            false => Method::HYBRID,
+        },
+        ..WarpOptions::default()
+    };
+    for (scene, network) in [
+        (FilmScene::Street, false),
+        (FilmScene::Street, true),
+        (FilmScene::Room, false),
+        (FilmScene::Room, true),
+    ] {
+        let mut film = Film::new(FilmOptions {
+            steady: if network { 32 } else { 0 },
+            ..FilmOptions::default()
+        });
+        let (mut sums, mut count) = ([0.0; 4], 0.0);
+        for number in 0..24 {
+            let pair = scene.pair(number, SIZE, BASELINE);
+            let mut picture = match network {
+                true => Network::USUAL.of(&pair.reference, number),
+                false => pair.reference.clone(),
+            };
+            let hidden = film.add(&mut picture, None).expect("a picture").hidden;
+            if number < 12 || number % 4 != 0 {
+                continue;
+            }
+            let uncovered = uncovered(scene, number, &pair);
+            let draw = |hidden: Option<Reference>| {
+                let warper = Warper::with_hidden(vec![picture.clone()], hidden, &options(network));
+                warper
+                    .expect("good")
+                    .render(&pair.target)
+                    .expect("a camera")
+                    .image
+            };
+            let all = vec![true; uncovered.len()];
+            for (index, image) in [draw(None), draw(hidden)].iter().enumerate() {
+                sums[2 * index] += psnr(image, &pair.truth.image, &uncovered);
+                sums[2 * index + 1] += psnr(image, &pair.truth.image, &all);
+            }
+            count += 1.0;
+        }
+        let [alone, whole_alone, filled, whole] = sums.map(|sum| sum / count);
+        println!(
+            "{scene:?}, network {network}: uncovered {alone:.1} dB, film {filled:.1}; whole {whole_alone:.1}, film {whole:.1}"
+        );
+        assert!(
+            filled > alone + 3.0,
+            "{scene:?}: {filled:.1} beside {alone:.1} dB"
+        );
+        assert!(
+            whole > whole_alone,
+            "{scene:?}: {whole:.1} beside {whole_alone:.1} dB"
+        );
+    }
+}
+
+#[test]
+fn a_shot_begins_anew_and_sizes_may_change() {
+    let options = FilmOptions::default();
+    let pictures: Vec<Reference> = (0..3)
+        .map(|n| FilmScene::Street.picture(n, [96, 54]))
+        .collect();
+    let alone = |picture: &Reference| {
+        let mut picture = picture.clone();
+        let added = Film::new(options)
+            .add(&mut picture, None)
+            .expect("a picture");
+        assert!(
+            added.begins_shot && added.hidden.is_none(),
+            "nothing came before"
+        );
+        picture.depth
+    };
+    let mut film = Film::new(options);
+    for picture in &pictures {
+        let mut cut = picture.clone();
+        let added = film.add(&mut cut, Some(true)).expect("a picture");
+        assert!(added.begins_shot);
+        assert_eq!(
+            cut.depth,
+            alone(picture),
+            "no picture of another shot counts"
+        );
+    }
+    let mut other = FilmScene::Street.picture(0, [64, 36]);
+    film.add(&mut other, Some(false)).expect("another size");
+    other.depth.pop();
+    assert!(
+        film.add(&mut other, None).is_err(),
+        "a depth for each pixel"
+    );
+}
+
+#[test]
+fn unknown_and_infinite_depths_stay_what_they_are() {
+    let mut film = Film::new(FilmOptions::default());
+    for number in 0..4 {
+        let mut picture = FilmScene::Face.picture(number, [96, 54]);
+        for (index, z) in picture.depth.iter_mut().enumerate() {
+            match index % 7 {
+                0 => *z = f32::NAN,
+                1 => *z = f32::INFINITY,
+                _ => {}
+            }
+        }
+        film.add(&mut picture, None).expect("a picture");
+        for (index, z) in picture.depth.iter().enumerate() {
+            assert_eq!(
+                z.is_nan(),
+                index % 7 == 0,
+                "picture {number}, pixel {index}: {z}"
+            );
+            assert!(!(*z <= 0.0), "picture {number}, pixel {index}: {z}");
+        }
+    }
+}
+
+#[test]
+fn a_film_is_the_same_on_any_number_of_threads() {
+    let depths = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("threads").install(|| {
+            let mut film = Film::new(FilmOptions::default());
+            let mut last = Vec::new();
+            for number in 0..4 {
+                let exact = FilmScene::Street.picture(number, [160, 90]);
+                let mut picture = Network::USUAL.of(&exact, number);
+                let hidden = film.add(&mut picture, None).expect("a picture").hidden;
+                last = picture
+                    .depth
+                    .iter()
+                    .map(|z| z.to_bits())
+                    .collect::<Vec<_>>();
+                last.extend(
+                    hidden
+                        .iter()
+                        .flat_map(|h| h.depth.iter().map(|z| z.to_bits())),
+                );
+            }
+            last
         })
     };
-    println!("wall: raw {:.3} px, steady {:.3} px", unsteadiness(&raw, wall), unsteadiness(&steady, wall));
-    for (name, film) in [("raw", &raw), ("steady", &steady)] {
-        // The head: difference from the truth after one scale and offset for the whole film.
-        let (mut sx, mut sy, mut sxx, mut sxy, mut n) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        for (d, e) in film.iter().zip(&exact).skip(2) {
-            for (&d, &e) in d.iter().zip(e) { sx += d; sy += e; sxx += d*d; sxy += d*e; n += 1.0; }
-        }
-        let a = (n*sxy - sx*sy)/(n*sxx - sx*sx); let b = (sy - a*sx)/n;
-        let (mut err, mut bias, mut c) = (0.0, 0.0, 0.0);
-        for (d, e) in film.iter().zip(&exact).skip(2) {
-            for (&d, &e) in d.iter().zip(e) { if e > 16.0 { let x = a*d+b-e; err += x*x; bias += x; c += 1.0; } }
-        }
-        println!("{name}: head rms {:.3} px, bias {:.3}", (err/c as f64).sqrt(), bias/c);
-    }
-}
-
-fn psnr(image: &Image, truth: &Image, counts: &[bool]) -> f64 {
-    let (mut sum, mut n) = (0.0, 0.0);
-    for ((a, b), &counts) in image.rgba.iter().zip(&truth.rgba).zip(counts) {
-        if counts { for c in 0..3 { sum += f64::from(a[c].clamp(0.0,1.0) - b[c]).powi(2); n += 1.0; } }
-    }
-    -10.0 * (sum / n).log10()
-}
-
-#[test]
-fn other_pictures_fill_what_one_hides() {
-    for scene in FilmScene::ALL {
-        for (name, network) in [("exact", None), ("network", Some(Network::USUAL))] {
-            let pairs: Vec<_> = (0..PICTURES).into_par_iter().map(|n| scene.pair(n, SIZE, BASELINE)).collect();
-            let mut film = Film::new(FilmOptions { steady: if network.is_some() {32} else {0}, ..FilmOptions::default() });
-            let options = WarpOptions { fill: Fill::Background, ..WarpOptions::default() };
-            let (mut alone, mut both, mut whole) = ([0.0;2], [0.0;2], [0.0;2]);
-            let mut count = 0.0;
-            for (number, pair) in pairs.iter().enumerate() {
-                let mut picture = match network { Some(n) => n.of(&pair.reference, number), None => pair.reference.clone() };
-                let added = film.add(&mut picture, None).expect("a picture");
-                if number < PICTURES / 2 { continue; }
-                let hidden: Vec<bool> = pair.truth.seen.iter().map(|&s| s < 0.001).collect();
-                let all = vec![true; hidden.len()];
-                let one = Warper::new(vec![picture.clone()], &options).unwrap().render(&pair.target).unwrap().image;
-                let two = Warper::new(std::iter::once(picture).chain(added.hidden).collect(), &options).unwrap().render(&pair.target).unwrap().image;
-                if number == PICTURES - 1 {
-                    for (n, im) in [("one", &one), ("two", &two), ("truth", &pair.truth.image)] {
-                        let bytes: Vec<u8> = im.rgba.iter().flat_map(|p| p[..3].iter().map(|v| (v.clamp(0.0,1.0).powf(1.0/2.2)*255.0) as u8).collect::<Vec<_>>()).collect();
-                        let mut f = format!("P6 {} {} 255\n", SIZE[0], SIZE[1]).into_bytes(); f.extend(bytes);
-                        std::fs::write(format!("/tmp/o/film_{scene:?}_{name}_{n}.ppm"), f).unwrap();
-                    }
-                }
-                alone[0] += psnr(&one, &pair.truth.image, &hidden);
-                both[0] += psnr(&two, &pair.truth.image, &hidden);
-                alone[1] += psnr(&one, &pair.truth.image, &all);
-                both[1] += psnr(&two, &pair.truth.image, &all);
-                count += 1.0;
-            }
-            println!("{scene:?} {name}: hidden one {:.1} film {:.1} dB; all one {:.1} film {:.1}", alone[0]/count, both[0]/count, alone[1]/count, both[1]/count);
-        }
-    }
+    assert_eq!(depths(1), depths(3));
 }

@@ -102,8 +102,7 @@ pub(crate) fn lay_under(layer: &mut Layer, hidden: &Layer) {
                 return;
             }
             let all = rgba[3] + share;
-            let mix = |above: f32, below: f32| (rgba[3] * above + share * below) / all;
-            *resolution = mix(*resolution, hidden.resolution[at]);
+            *resolution = (rgba[3] * *resolution + share * hidden.resolution[at]) / all;
             *purity = match rgba[3] > 0.0 {
                 // The larger share is the main surface.
                 true => (*purity * rgba[3]).max(hidden.purity(at) * share) / all,

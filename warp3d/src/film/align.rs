@@ -54,9 +54,8 @@ impl Line {
                 (_, Freedom::Scale) => (fitted(pairs, &weights, false)?.0, 0.0),
                 (_, Freedom::ScaleAndOffset) => fitted(pairs, &weights, true)?,
             };
-            let apart = |&[from, to]: &[f32; 2]| {
-                (scale * f64::from(from) + offset - f64::from(to)).abs()
-            };
+            let apart =
+                |&[from, to]: &[f32; 2]| (scale * f64::from(from) + offset - f64::from(to)).abs();
             let mut sorted: Vec<f64> = pairs.iter().map(apart).collect();
             let middle = sorted.len() / 2;
             let median = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
@@ -84,7 +83,9 @@ impl Line {
 /// The median ratio of all pairs: a beginning that a third of wrong pairs does not spoil.
 fn median_ratio(pairs: &[[f32; 2]]) -> f64 {
     let ratios = pairs.iter().filter(|pair| pair[0] > 0.0);
-    let mut ratios: Vec<f64> = ratios.map(|&[from, to]| f64::from(to) / f64::from(from)).collect();
+    let mut ratios: Vec<f64> = ratios
+        .map(|&[from, to]| f64::from(to) / f64::from(from))
+        .collect();
     let middle = ratios.len() / 2;
     match ratios.is_empty() {
         true => 1.0,
@@ -128,7 +129,11 @@ mod tests {
             .map(|i| {
                 let from = 0.1 + 0.9 * (i as f32 * 0.618).fract();
                 let noise = 0.004 * ((i as f32 * 0.391).fract() - 0.5);
-                let to = if i % 4 == 0 { 0.9 } else { 1.05 * from - 0.02 + noise };
+                let to = if i % 4 == 0 {
+                    0.9
+                } else {
+                    1.05 * from - 0.02 + noise
+                };
                 [from, to]
             })
             .collect();
@@ -136,7 +141,10 @@ mod tests {
         assert!((line.scale - 1.05).abs() < 2e-3, "{line:?}");
         assert!((line.offset + 0.02).abs() < 2e-3, "{line:?}");
         let scale = Line::through(&pairs, Freedom::Scale).expect("a factor");
-        assert!(scale.offset == 0.0 && (scale.scale - 1.02).abs() < 0.02, "{scale:?}");
+        assert!(
+            scale.offset == 0.0 && (scale.scale - 1.02).abs() < 0.02,
+            "{scale:?}"
+        );
         let none = Line::through(&pairs, Freedom::None).expect("no freedom");
         assert_eq!((none.scale, none.offset), (1.0, 0.0));
     }

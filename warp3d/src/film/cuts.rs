@@ -58,13 +58,16 @@ impl Thumb {
     /// How much another picture differs, in colours and in depth.
     fn change(&self, other: &Self) -> [f32; 2] {
         let colours = self.colours.iter().zip(&other.colours);
-        let apart = |(a, b): (&[f32; 3], &[f32; 3])| {
-            (0..3).map(|c| (a[c] - b[c]).abs()).sum::<f32>() / 3.0
-        };
+        let apart =
+            |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|c| (a[c] - b[c]).abs()).sum::<f32>() / 3.0;
         let colour = colours.map(apart).sum::<f32>() / self.colours.len() as f32;
         // Depth may be scaled from picture to picture: its order in the picture may not.
         let (own, others) = (ranks(&self.nearness), ranks(&other.nearness));
-        let depth = own.iter().zip(&others).map(|(a, b)| (a - b).abs()).sum::<f32>();
+        let depth = own
+            .iter()
+            .zip(&others)
+            .map(|(a, b)| (a - b).abs())
+            .sum::<f32>();
         [colour, depth / own.len() as f32]
     }
 }
@@ -133,14 +136,18 @@ fn blocks<T: Copy, R>(values: &[T], width: usize, value: impl Fn(&[T]) -> R) -> 
 
 /// The rank of each value, 0 to 1; one half where it is unknown.
 fn ranks(values: &[f32]) -> Vec<f32> {
-    let mut order: Vec<usize> = (0..values.len()).filter(|&i| values[i].is_finite()).collect();
+    let mut order: Vec<usize> = (0..values.len())
+        .filter(|&i| values[i].is_finite())
+        .collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let mut ranks = vec![0.5; values.len()];
     let count = order.len().max(1) as f32;
     // Values that are alike share the middle of their ranks.
     let mut first = 0;
     while first < order.len() {
-        let same = order[first..].iter().take_while(|&&i| values[i] == values[order[first]]);
+        let same = order[first..]
+            .iter()
+            .take_while(|&&i| values[i] == values[order[first]]);
         let end = first + same.count().max(1);
         for &index in &order[first..end] {
             ranks[index] = (0.5 * (first + end) as f32) / count;
@@ -163,9 +170,17 @@ mod tests {
             0.5 + 0.5 * (0.2 * x + phase).sin() * (0.15 * y * (1.0 + 0.3 * scene as f32)).cos()
         };
         let colour: Vec<[f32; 3]> = (0..width * height)
-            .map(|i| [light * wave(i), light * 0.5 * wave(i), light * (1.0 - wave(i))])
+            .map(|i| {
+                [
+                    light * wave(i),
+                    light * 0.5 * wave(i),
+                    light * (1.0 - wave(i)),
+                ]
+            })
             .collect();
-        let nearness: Vec<f32> = (0..width * height).map(|i| 1.0 + wave(i) * wave(i)).collect();
+        let nearness: Vec<f32> = (0..width * height)
+            .map(|i| 1.0 + wave(i) * wave(i))
+            .collect();
         Thumb::new(&colour, width, &nearness, width)
     }
 
@@ -188,6 +203,12 @@ mod tests {
     fn a_small_picture_has_a_thumb() {
         let thumb = Thumb::new(&[[0.5; 3]; 2], 2, &[f32::NAN, 1.0], 1);
         assert_eq!(thumb.colours.len(), WIDTH * HEIGHT);
-        assert!(!Cuts { last: Some(thumb.clone()), changes: vec![0.0] }.add(thumb));
+        assert!(
+            !Cuts {
+                last: Some(thumb.clone()),
+                changes: vec![0.0]
+            }
+            .add(thumb)
+        );
     }
 }

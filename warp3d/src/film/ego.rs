@@ -73,7 +73,8 @@ impl Ego {
     /// The motion of a thing at rest at a place, px.
     pub(crate) fn way(&self, at: [usize; 2], nearness: f32) -> Vec2 {
         let terms = self.terms(at, nearness);
-        let sum = |factors: &[f64; TERMS]| terms.iter().zip(factors).map(|(t, f)| t * f).sum::<f64>();
+        let sum =
+            |factors: &[f64; TERMS]| terms.iter().zip(factors).map(|(t, f)| t * f).sum::<f64>();
         glam::DVec2::new(sum(&self.x), sum(&self.y)).as_vec2()
     }
 
@@ -123,16 +124,19 @@ fn solved(mut matrix: [[f64; TERMS]; TERMS], mut right: [f64; TERMS]) -> Option<
         if !(divisor > 0.0) {
             return None;
         }
+        let above = matrix[pivot];
         for row in pivot + 1..TERMS {
             let factor = matrix[row][pivot] / divisor;
-            for column in pivot..TERMS {
-                matrix[row][column] -= factor * matrix[pivot][column];
+            for (value, above) in matrix[row].iter_mut().zip(&above) {
+                *value -= factor * above;
             }
             right[row] -= factor * right[pivot];
         }
     }
     for row in (0..TERMS).rev() {
-        let known: f64 = (row + 1..TERMS).map(|column| matrix[row][column] * right[column]).sum();
+        let known: f64 = (row + 1..TERMS)
+            .map(|column| matrix[row][column] * right[column])
+            .sum();
         right[row] = (right[row] - known) / matrix[row][row];
     }
     Some(right)
@@ -153,8 +157,16 @@ mod tests {
                 let (x, y) = (i % width, i / width);
                 let q = 0.2 + 0.5 * ((x / 20 + y / 15) % 3) as f32 / 2.0;
                 let noise = 0.05 * ((i as f32 * 0.618).fract() - 0.5);
-                let own = if x > 110 { Vec2::new(6.0, 0.0) } else { Vec2::ZERO };
-                ([x, y], q, truth(x as f32, y as f32, q) + own + Vec2::splat(noise))
+                let own = if x > 110 {
+                    Vec2::new(6.0, 0.0)
+                } else {
+                    Vec2::ZERO
+                };
+                (
+                    [x, y],
+                    q,
+                    truth(x as f32, y as f32, q) + own + Vec2::splat(noise),
+                )
             })
             .collect();
         let ego = Ego::of(&places, [width, height]).expect("most follow the camera");
@@ -167,7 +179,13 @@ mod tests {
         let wild: Vec<Moved> = places
             .iter()
             .enumerate()
-            .map(|(i, &(at, q, _))| (at, q, Vec2::new((i as f32 * 0.618).fract(), (i as f32 * 0.414).fract()) * 20.0))
+            .map(|(i, &(at, q, _))| {
+                (
+                    at,
+                    q,
+                    Vec2::new((i as f32 * 0.618).fract(), (i as f32 * 0.414).fract()) * 20.0,
+                )
+            })
             .collect();
         assert_eq!(Ego::of(&wild, [width, height]), None, "nothing in common");
     }

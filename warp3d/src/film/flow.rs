@@ -47,16 +47,19 @@ impl Grey {
         let (width, height) = (from_width / step, from_height / step);
         let mut values = vec![0.0; width * height];
         let scale = 1.0 / (step * step) as f32;
-        values.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
-            for below in 0..step {
-                let first = (y * step + below) * from_width;
-                let line = &from[first..first + width * step];
-                for (value, block) in row.iter_mut().zip(line.chunks_exact(step)) {
-                    *value += block.iter().sum::<f32>();
+        values
+            .par_chunks_mut(width.max(1))
+            .enumerate()
+            .for_each(|(y, row)| {
+                for below in 0..step {
+                    let first = (y * step + below) * from_width;
+                    let line = &from[first..first + width * step];
+                    for (value, block) in row.iter_mut().zip(line.chunks_exact(step)) {
+                        *value += block.iter().sum::<f32>();
+                    }
                 }
-            }
-            row.iter_mut().for_each(|value| *value *= scale);
-        });
+                row.iter_mut().for_each(|value| *value *= scale);
+            });
         Self {
             width,
             height,
@@ -73,7 +76,10 @@ impl Grey {
         let x = x.clamp(0.0, (self.width - 1) as f32);
         let y = y.clamp(0.0, (self.height - 1) as f32);
         let (left, top) = (x as usize, y as usize);
-        let (right, below) = ((left + 1).min(self.width - 1), (top + 1).min(self.height - 1));
+        let (right, below) = (
+            (left + 1).min(self.width - 1),
+            (top + 1).min(self.height - 1),
+        );
         let (u, v) = (x - left as f32, y - top as f32);
         let row = |y: usize| {
             let line = &self.values[y * self.width..];
@@ -162,24 +168,26 @@ impl Flow {
             })
             .collect();
         let mut ways = vec![Vec2::ZERO; width * height];
-        ways.par_chunks_mut(width).enumerate().for_each(|(y, line)| {
-            let covering_rows: Vec<usize> = covering(&rows, y);
-            for (x, way) in line.iter_mut().enumerate() {
-                let (mut sum, mut total) = (Vec2::ZERO, 0.0);
-                for column in covering(&columns, x) {
-                    for &row in &covering_rows {
-                        let patch = patches[row][column];
-                        let there = before.at(x as f32 + patch.x, y as f32 + patch.y);
-                        let apart = (now.values[y * width + x] - there).abs();
-                        // A hundredth of the range weighs as much as any smaller difference.
-                        let weight = 1.0 / apart.max(0.01);
-                        sum += weight * patch;
-                        total += weight;
+        ways.par_chunks_mut(width)
+            .enumerate()
+            .for_each(|(y, line)| {
+                let covering_rows: Vec<usize> = covering(&rows, y);
+                for (x, way) in line.iter_mut().enumerate() {
+                    let (mut sum, mut total) = (Vec2::ZERO, 0.0);
+                    for column in covering(&columns, x) {
+                        for &row in &covering_rows {
+                            let patch = patches[row][column];
+                            let there = before.at(x as f32 + patch.x, y as f32 + patch.y);
+                            let apart = (now.values[y * width + x] - there).abs();
+                            // A hundredth of the range weighs as much as any smaller difference.
+                            let weight = 1.0 / apart.max(0.01);
+                            sum += weight * patch;
+                            total += weight;
+                        }
                     }
+                    *way = sum / total;
                 }
-                *way = sum / total;
-            }
-        });
+            });
         Self {
             width,
             height,
@@ -210,12 +218,7 @@ fn covering(places: &[usize], pixel: usize) -> Vec<usize> {
 }
 
 /// The way of the patch at a corner.
-fn aligned(
-    now: &Grey,
-    before: &Grey,
-    [x, y]: [usize; 2],
-    (guess, may_rest): (Vec2, bool),
-) -> Vec2 {
+fn aligned(now: &Grey, before: &Grey, [x, y]: [usize; 2], (guess, may_rest): (Vec2, bool)) -> Vec2 {
     const COUNT: usize = PATCH * PATCH;
     let mut own = [0.0; COUNT];
     let mut slopes = [Vec2::ZERO; COUNT];
@@ -284,7 +287,8 @@ mod tests {
     use super::*;
 
     fn texture(x: f32, y: f32) -> f32 {
-        0.5 + 0.15 * (0.31 * x + 0.11 * y).sin() + 0.15 * (0.17 * y - 0.07 * x).cos()
+        0.5 + 0.15 * (0.31 * x + 0.11 * y).sin()
+            + 0.15 * (0.17 * y - 0.07 * x).cos()
             + 0.1 * (0.05 * x * 0.9).sin() * (0.06 * y).sin()
     }
 
@@ -318,7 +322,10 @@ mod tests {
             }
             // Where the texture runs one way alone, a patch may slide along it.
             let mean = (squares / (80.0 * 120.0)).sqrt();
-            assert!(mean < 0.1 && worst < 0.3, "{shift:?}: {mean}, at most {worst} px");
+            assert!(
+                mean < 0.1 && worst < 0.3,
+                "{shift:?}: {mean}, at most {worst} px"
+            );
         }
     }
 

@@ -2,13 +2,14 @@
 //!
 //! [`Film::add`] takes the references of a film in order and gives each with steady depth, and a second reference that shows what the first
 //! hides. In the order in which data flow: `flow` is the motion from picture to picture, `cuts` finds the beginnings of shots,
-//! `align` finds by how much a depth is scaled and shifted against those before, `steady` averages it over time, `ego` is the
+//! `align` finds by how much a depth is scaled and shifted against those before, `smooth` takes noise out of a single picture, `steady` averages over time, `ego` is the
 //! motion of things at rest, and `plate` keeps the background. What is kept begins anew with every shot.
 //! Limits: pictures of one size; everything follows the order of the film, so that no picture can be drawn without those of its shot before it.
 
 mod flow;
 mod cuts;
 mod align;
+mod smooth;
 mod steady;
 mod ego;
 mod plate;
@@ -18,10 +19,10 @@ use rayon::prelude::*;
 
 use crate::{Error, Reference};
 pub use align::Freedom;
+pub use cuts::{Cuts, Thumb};
 use flow::{Flow, Grey};
 use plate::Plate;
 use steady::Steady;
-pub use cuts::{Cuts, Thumb};
 pub use survey::{Shot, Survey};
 
 /// Widest copy of a picture in which motion is looked for, px: flow of a tenth of a pixel there is half a pixel of 1920.
@@ -91,8 +92,15 @@ impl Film {
     ///
     /// # Errors
     /// A plane that does not have one entry per pixel of its camera.
-    pub fn add(&mut self, picture: &mut Reference, begins_shot: Option<bool>) -> Result<Added, Error> {
-        let (width, height) = (picture.camera.width as usize, picture.camera.height as usize);
+    pub fn add(
+        &mut self,
+        picture: &mut Reference,
+        begins_shot: Option<bool>,
+    ) -> Result<Added, Error> {
+        let (width, height) = (
+            picture.camera.width as usize,
+            picture.camera.height as usize,
+        );
         if picture.colour.len() != width * height || picture.depth.len() != width * height {
             return Err(Error::Input(format!(
                 "a picture of a film: {} colours and {} depths, expected {} (one per pixel of its camera)",
@@ -105,7 +113,8 @@ impl Film {
         let nearness = |&z: &f32| if z > 0.0 { 1.0 / z } else { f32::NAN };
         let mut nearness: Vec<f32> = picture.depth.par_iter().map(nearness).collect();
         let begins_shot = begins_shot.unwrap_or_else(|| {
-            self.cuts.add(Thumb::new(&picture.colour, width, &nearness, width))
+            self.cuts
+                .add(Thumb::new(&picture.colour, width, &nearness, width))
         });
         let encoded: Vec<f32> = picture.colour.par_iter().map(encoded_grey).collect();
         let step = width.div_ceil(FLOW_WIDTH).max(1);
@@ -118,6 +127,7 @@ impl Film {
         }
         let flow = Flow::between(&small, &self.before);
         if self.options.steady > 0 {
+            smooth::denoise(&mut nearness, width);
             let mut present = steady::Present {
                 width,
                 nearness: &mut nearness,
@@ -125,7 +135,11 @@ impl Film {
                 flow: &flow,
                 step,
             };
-            self.steady.add(&mut present, self.options.freedom, self.options.steady as f32);
+            self.steady.add(
+                &mut present,
+                self.options.freedom,
+                self.options.steady as f32,
+            );
             let z = |(z, &q): (&mut f32, &f32)| *z = 1.0 / q;
             picture.depth.par_iter_mut().zip(&nearness).for_each(z);
         }

@@ -81,7 +81,10 @@ impl Plate {
         let before = std::mem::take(&mut self.samples);
         let mut hidden = vec![false; before.len()];
         self.samples = vec![Sample::NONE; before.len()];
-        let rows = self.samples.par_chunks_mut(width).zip(hidden.par_chunks_mut(width));
+        let rows = self
+            .samples
+            .par_chunks_mut(width)
+            .zip(hidden.par_chunks_mut(width));
         rows.enumerate().for_each(|(y, (samples, hidden))| {
             for x in 0..width {
                 let index = y * width + x;
@@ -149,7 +152,8 @@ impl Plate {
             };
             Some((index, sample))
         };
-        let gaps: Vec<(usize, Sample)> = (0..samples.len()).into_par_iter().filter_map(gap).collect();
+        let gaps: Vec<(usize, Sample)> =
+            (0..samples.len()).into_par_iter().filter_map(gap).collect();
         for (index, sample) in gaps {
             self.samples[index] = sample;
         }
@@ -157,14 +161,16 @@ impl Plate {
 }
 
 /// The sample that comes to a pixel along a way.
-fn carried(before: &[Sample], [x, y]: [usize; 2], way: Vec2, [width, height]: [usize; 2]) -> Sample {
+fn carried(
+    before: &[Sample],
+    [x, y]: [usize; 2],
+    way: Vec2,
+    [width, height]: [usize; 2],
+) -> Sample {
     let here = Vec2::new(x as f32, y as f32);
     let from = here + way;
     let nearest = from.round();
-    if nearest.x < 0.0
-        || nearest.y < 0.0
-        || nearest.x >= width as f32
-        || nearest.y >= height as f32
+    if nearest.x < 0.0 || nearest.y < 0.0 || nearest.x >= width as f32 || nearest.y >= height as f32
     {
         return Sample::NONE;
     }
@@ -210,8 +216,11 @@ fn agreed(marks: &[bool], width: usize) -> Vec<bool> {
     let most = |index: usize| {
         let (x, y) = (index % width, index / width);
         let rows = y.saturating_sub(1)..(y + 2).min(height);
-        let row = |y: usize| &marks[y * width + x.saturating_sub(1)..y * width + (x + 2).min(width)];
-        let count: usize = rows.map(|y| row(y).iter().filter(|&&mark| mark).count()).sum();
+        let row =
+            |y: usize| &marks[y * width + x.saturating_sub(1)..y * width + (x + 2).min(width)];
+        let count: usize = rows
+            .map(|y| row(y).iter().filter(|&&mark| mark).count())
+            .sum();
         count >= 5
     };
     (0..marks.len()).into_par_iter().map(most).collect()
@@ -221,11 +230,14 @@ fn agreed(marks: &[bool], width: usize) -> Vec<bool> {
 fn widened(marks: &[bool], width: usize, reach: usize) -> Vec<bool> {
     let height = marks.len() / width;
     let mut along = vec![false; marks.len()];
-    along.par_chunks_mut(width).zip(marks.par_chunks(width)).for_each(|(to, row)| {
-        for (x, to) in to.iter_mut().enumerate() {
-            *to = row[x.saturating_sub(reach)..(x + reach + 1).min(width)].contains(&true);
-        }
-    });
+    along
+        .par_chunks_mut(width)
+        .zip(marks.par_chunks(width))
+        .for_each(|(to, row)| {
+            for (x, to) in to.iter_mut().enumerate() {
+                *to = row[x.saturating_sub(reach)..(x + reach + 1).min(width)].contains(&true);
+            }
+        });
     let mut all = vec![false; marks.len()];
     all.par_chunks_mut(width).enumerate().for_each(|(y, to)| {
         for other in y.saturating_sub(reach)..(y + reach + 1).min(height) {
@@ -287,18 +299,22 @@ fn far_ways(now: &Shown) -> Flow {
         let limit = [own[index] / (1.0 + JUMP), own[index] * (1.0 + JUMP)];
         let (x, y) = (index % width, index / width);
         let found = |limit: f32| {
-            levels.iter().enumerate().skip(1).find_map(|(number, level)| {
-                let column = (x >> number).min(level.width - 1);
-                let row = (y >> number).min(level.height - 1);
-                // The blocks around it, too: an edge lies anywhere in its block.
-                let around = level.farthest_around(column, row);
-                let nearness = level.nearness[around];
-                let way = match &ego {
-                    Some(ego) => ego.way([x, y], nearness),
-                    None => level.ways[around],
-                };
-                (nearness < limit).then_some(way)
-            })
+            levels
+                .iter()
+                .enumerate()
+                .skip(1)
+                .find_map(|(number, level)| {
+                    let column = (x >> number).min(level.width - 1);
+                    let row = (y >> number).min(level.height - 1);
+                    // The blocks around it, too: an edge lies anywhere in its block.
+                    let around = level.farthest_around(column, row);
+                    let nearness = level.nearness[around];
+                    let way = match &ego {
+                        Some(ego) => ego.way([x, y], nearness),
+                        None => level.ways[around],
+                    };
+                    (nearness < limit).then_some(way)
+                })
         };
         let behind = found(limit[0]);
         let beside = || match levels[0].nearness[index].is_finite() {
@@ -328,7 +344,9 @@ fn largest_around(values: &[f32], width: usize, reach: usize) -> Vec<f32> {
     for (y, to) in all.chunks_mut(width).enumerate() {
         for other in y.saturating_sub(reach)..(y + reach + 1).min(height) {
             let row = &along[other * width..][..width];
-            to.iter_mut().zip(row).for_each(|(to, &value)| *to = to.max(value));
+            to.iter_mut()
+                .zip(row)
+                .for_each(|(to, &value)| *to = to.max(value));
         }
     }
     all
@@ -341,9 +359,12 @@ impl Level {
         let block = |index: usize| {
             let (x, y) = (2 * (index % width), 2 * (index / width));
             let (right, below) = ((x + 1).min(self.width - 1), (y + 1).min(self.height - 1));
-            let parts = [[x, y], [right, y], [x, below], [right, below]]
-                .map(|[x, y]| y * self.width + x);
-            let farthest = parts.iter().map(|&part| self.nearness[part]).fold(f32::INFINITY, f32::min);
+            let parts =
+                [[x, y], [right, y], [x, below], [right, below]].map(|[x, y]| y * self.width + x);
+            let farthest = parts
+                .iter()
+                .map(|&part| self.nearness[part])
+                .fold(f32::INFINITY, f32::min);
             let (mut sum, mut count) = (Vec2::ZERO, 0.0);
             for part in parts {
                 if self.nearness[part] <= farthest * (1.0 + JUMP) {

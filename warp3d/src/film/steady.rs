@@ -74,7 +74,11 @@ impl Steady {
     pub(crate) fn add(&mut self, now: &mut Present, freedom: Freedom, most: f32) {
         if self.means.len() != now.nearness.len() {
             self.means = now.nearness.to_vec();
-            self.counts = now.nearness.iter().map(|q| f32::from(u8::from(!q.is_nan()))).collect();
+            self.counts = now
+                .nearness
+                .iter()
+                .map(|q| f32::from(u8::from(!q.is_nan())))
+                .collect();
             self.grey = now.grey.to_vec();
             self.deviation = 0.0;
             return;
@@ -97,7 +101,12 @@ impl Steady {
                 let other = OTHER * deviation + LEAST_OTHER * carried.mean.abs();
                 let is_same = carried.count > 0.0 && (found - carried.mean).abs() <= other;
                 let (mean, count) = match is_same {
-                    true => (carried.mean, carried.count.min(kept(most, carried.way, departures[index]))),
+                    true => (
+                        carried.mean,
+                        carried
+                            .count
+                            .min(kept(most, carried.way, departures[index])),
+                    ),
                     false => (found, 0.0),
                 };
                 counts[x] = count + 1.0;
@@ -115,7 +124,9 @@ impl Steady {
         let height = now.grey.len() / width;
         let mut carried = vec![Carried::default(); now.grey.len()];
         let mut apart = vec![0.0; now.grey.len()];
-        let rows = carried.par_chunks_mut(width).zip(apart.par_chunks_mut(width));
+        let rows = carried
+            .par_chunks_mut(width)
+            .zip(apart.par_chunks_mut(width));
         rows.enumerate().for_each(|(y, (carried, apart))| {
             for (x, (carried, apart)) in carried.iter_mut().zip(apart).enumerate() {
                 let way = now.flow.way(x, y, now.step);
@@ -143,17 +154,23 @@ impl Steady {
             true => LEAST_APART.max(3.0 * median),
             false => LEAST_APART,
         };
-        carried.par_iter_mut().zip(&apart).for_each(|(carried, &apart)| {
-            if !(apart <= limit) {
-                carried.count = 0.0;
-            }
-        });
+        carried
+            .par_iter_mut()
+            .zip(&apart)
+            .for_each(|(carried, &apart)| {
+                if !(apart <= limit) {
+                    carried.count = 0.0;
+                }
+            });
         carried
     }
 
     /// Mean and count at a place: between four pixels of one surface, else of the nearest.
     fn kept_at(&self, pos: Vec2, width: usize, height: usize) -> (f32, f32) {
-        let (x, y) = (pos.x.clamp(0.0, (width - 1) as f32), pos.y.clamp(0.0, (height - 1) as f32));
+        let (x, y) = (
+            pos.x.clamp(0.0, (width - 1) as f32),
+            pos.y.clamp(0.0, (height - 1) as f32),
+        );
         let nearest = (y + 0.5) as usize * width + (x + 0.5) as usize;
         let (mean, count) = (self.means[nearest], self.counts[nearest]);
         if x.fract() == 0.0 && y.fract() == 0.0 {
@@ -184,7 +201,9 @@ impl Steady {
         };
         self.deviation = line.left;
         if freedom != Freedom::None {
-            now.nearness.par_iter_mut().for_each(|q| *q = line.of(*q).max(0.0));
+            now.nearness
+                .par_iter_mut()
+                .for_each(|q| *q = line.of(*q).max(0.0));
         }
     }
 
@@ -220,7 +239,10 @@ fn kept(most: f32, way: Vec2, departure: f32) -> f32 {
 
 /// The value between four pixels.
 fn between(values: &[f32], pos: Vec2, width: usize, height: usize) -> f32 {
-    let (x, y) = (pos.x.clamp(0.0, (width - 1) as f32), pos.y.clamp(0.0, (height - 1) as f32));
+    let (x, y) = (
+        pos.x.clamp(0.0, (width - 1) as f32),
+        pos.y.clamp(0.0, (height - 1) as f32),
+    );
     let (left, top) = (x as usize, y as usize);
     let (right, below) = ((left + 1).min(width - 1), (top + 1).min(height - 1));
     let (u, v) = (x - left as f32, y - top as f32);
@@ -236,22 +258,28 @@ fn between(values: &[f32], pos: Vec2, width: usize, height: usize) -> f32 {
 pub(crate) fn boxes(values: &[f32], width: usize, reach: usize) -> Vec<f32> {
     let height = values.len() / width.max(1);
     let mut along = vec![0.0; values.len()];
-    along.par_chunks_mut(width.max(1)).zip(values.par_chunks(width.max(1))).for_each(|(to, row)| {
-        for (x, to) in to.iter_mut().enumerate() {
-            let part = &row[x.saturating_sub(reach)..(x + reach + 1).min(width)];
-            *to = part.iter().sum::<f32>() / part.len() as f32;
-        }
-    });
-    let mut means = vec![0.0; values.len()];
-    means.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, to)| {
-        let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);
-        let scale = 1.0 / rows.len() as f32;
-        for other in rows {
-            let row = &along[other * width..][..width];
-            for (to, value) in to.iter_mut().zip(row) {
-                *to += scale * value;
+    along
+        .par_chunks_mut(width.max(1))
+        .zip(values.par_chunks(width.max(1)))
+        .for_each(|(to, row)| {
+            for (x, to) in to.iter_mut().enumerate() {
+                let part = &row[x.saturating_sub(reach)..(x + reach + 1).min(width)];
+                *to = part.iter().sum::<f32>() / part.len() as f32;
             }
-        }
-    });
+        });
+    let mut means = vec![0.0; values.len()];
+    means
+        .par_chunks_mut(width.max(1))
+        .enumerate()
+        .for_each(|(y, to)| {
+            let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);
+            let scale = 1.0 / rows.len() as f32;
+            for other in rows {
+                let row = &along[other * width..][..width];
+                for (to, value) in to.iter_mut().zip(row) {
+                    *to += scale * value;
+                }
+            }
+        });
     means
 }

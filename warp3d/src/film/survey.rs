@@ -26,7 +26,11 @@ impl Survey {
     /// Adds a picture that is `width` wide, and the stored numbers of its depth, whole numbers up to 65,535 of which larger ones are nearer.
     pub fn add(&mut self, colour: &[[f32; 3]], width: usize, numbers: &[f32], its_width: usize) {
         self.cuts.add(Thumb::new(colour, width, numbers, its_width));
-        let mut sorted: Vec<u16> = numbers.iter().filter(|v| v.is_finite()).map(|&v| v as u16).collect();
+        let mut sorted: Vec<u16> = numbers
+            .iter()
+            .filter(|v| v.is_finite())
+            .map(|&v| v as u16)
+            .collect();
         sorted.sort_unstable();
         let mut counts: Vec<(u16, u32)> = Vec::new();
         for code in sorted {

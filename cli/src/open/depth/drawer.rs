@@ -140,7 +140,10 @@ fn film_options(args: &Warp3dArgs) -> Option<FilmOptions> {
     const STEADY: u32 = 32;
     let kind = args.meaning.kind();
     let has_no_unit = kind == DepthKind::Relative;
-    let steady = args.sequence.steady.unwrap_or(if has_no_unit { STEADY } else { 0 });
+    let steady = args
+        .sequence
+        .steady
+        .unwrap_or(if has_no_unit { STEADY } else { 0 });
     let hidden = match args.render.options.fill {
         Fill::Film => Hidden::Kept,
         Fill::None | Fill::Background | Fill::Natural => Hidden::LeftOut,

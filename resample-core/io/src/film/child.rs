@@ -75,8 +75,11 @@ impl Running {
     fn failure(&mut self, status: ExitStatus) -> String {
         let mut said = Vec::new();
         let rewound = self.complaints.rewind();
-        let read =
-            rewound.and_then(|()| (&self.complaints).take(MAX_COMPLAINT_BYTES).read_to_end(&mut said));
+        let read = rewound.and_then(|()| {
+            (&self.complaints)
+                .take(MAX_COMPLAINT_BYTES)
+                .read_to_end(&mut said)
+        });
         let said = match read {
             Ok(_) => String::from_utf8_lossy(&said).trim().replace('\n', "; "),
             Err(error) => error.to_string(),

@@ -108,11 +108,10 @@ impl Facts {
     /// Reads the answers, a `key=value` a line.
     pub(super) fn of_answers(video: &str, sound: &str) -> Result<Self, String> {
         let value = |answer: &str, key: &str| {
-            let found = answer.lines().find_map(|line| {
+            answer.lines().find_map(|line| {
                 let (name, value) = line.split_once('=')?;
                 (name == key && !["unknown", "N/A", ""].contains(&value)).then(|| value.to_owned())
-            });
-            found
+            })
         };
         let of_video = |key: &str| value(video, key);
         let number = |key: &str| of_video(key)?.parse::<u32>().ok().filter(|&n| n > 0);
@@ -192,7 +191,8 @@ fn asked(path: &Path, stream: &str, entries: &str) -> Result<String, Error> {
     ask.args(["-of", "default=noprint_wrappers=1", "-i"]);
     ask.arg(absolute(path)?);
     ask.stdout(Stdio::piped());
-    let no_start = |error: std::io::Error| fault(path, format!("ffprobe cannot be started: {error}"));
+    let no_start =
+        |error: std::io::Error| fault(path, format!("ffprobe cannot be started: {error}"));
     let mut running = Running::start("ffprobe", ask).map_err(no_start)?;
     let mut answer = String::new();
     if let Some(output) = running.child.stdout.take() {

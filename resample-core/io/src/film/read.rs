@@ -179,7 +179,8 @@ impl Reader {
         };
         let [width, height] = size;
         let crop = want.kept.crop(facts.size);
-        let scale = format!("scale={width}:{height}:{convert}flags=area+accurate_rnd+full_chroma_int");
+        let scale =
+            format!("scale={width}:{height}:{convert}flags=area+accurate_rnd+full_chroma_int");
         let filters: Vec<String> = crop.into_iter().chain([scale]).collect();
         let mut read = command("ffmpeg");
         read.args(["-nostdin", "-i"]).arg(absolute(path)?);
@@ -187,15 +188,15 @@ impl Reader {
         read.args(["-fps_mode", "cfr", "-r", &want.rate.to_string()]);
         read.args(["-f", "rawvideo", "-pix_fmt", format, "pipe:1"]);
         read.stdout(Stdio::piped());
-        let no_start = |error: std::io::Error| fault(path, format!("ffmpeg cannot be started: {error}"));
+        let no_start =
+            |error: std::io::Error| fault(path, format!("ffmpeg cannot be started: {error}"));
         let mut running = Running::start("ffmpeg", read).map_err(no_start)?;
         let Some(pipe) = running.child.stdout.take() else {
             return Err(fault(path, "ffmpeg gives nothing"));
         };
         let size = [width as usize, height as usize];
-        let light = (0..=numbers.largest).map(|code| {
-            linear_from_srgb(code as f32 / numbers.largest as f32)
-        });
+        let light = (0..=numbers.largest)
+            .map(|code| linear_from_srgb(code as f32 / numbers.largest as f32));
         Ok(Self {
             path: path.to_owned(),
             running,
@@ -287,5 +288,9 @@ impl Reader {
 
 /// A value for each pixel of `size` bytes.
 fn pixels<T: Send>(bytes: &[u8], size: usize, value: impl Fn(&[u8]) -> T + Sync + Send) -> Vec<T> {
-    bytes.par_chunks_exact(size).with_min_len(1 << 12).map(value).collect()
+    bytes
+        .par_chunks_exact(size)
+        .with_min_len(1 << 12)
+        .map(value)
+        .collect()
 }

@@ -1,14 +1,12 @@
 //! Pictures made into a film.
 
+use std::io;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
-use resample_core::Error;
-
 use super::child::{Running, command};
-use super::facts::{ColourTags, Facts, FrameRate, absolute};
-use crate::files::fault;
+use super::facts::{ColourTags, Facts, FrameRate};
 
 /// Kind of video file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +30,6 @@ pub struct Original {
 
 /// Writes a film, picture after picture. Dropped before [`Writer::finish`], it stops, and the file is of no use.
 pub struct Writer {
-    path: PathBuf,
     running: Running,
 }
 
@@ -47,7 +44,7 @@ impl Writer {
         size: [u32; 2],
         rate: FrameRate,
         original: Option<&Original>,
-    ) -> Result<Self, Error> {
+    ) -> io::Result<Self> {
         let bits = original.map_or(8, |original| original.facts.bits);
         let mut write = command("ffmpeg");
         write.args(["-y", "-f", "rawvideo"]);
@@ -56,7 +53,7 @@ impl Writer {
         write.args(["-video_size", &format!("{width}x{height}")]);
         write.args(["-framerate", &rate.to_string(), "-i", "pipe:0"]);
         if let Some(original) = original {
-            write.arg("-i").arg(absolute(&original.path)?);
+            write.arg("-i").arg(std::path::absolute(&original.path)?);
             write.args(["-map", "0:v:0", "-map", "1:a?"]);
             write.args(["-map_metadata", "1", "-map_chapters", "1"]);
             // The film is no longer turned.
@@ -67,13 +64,11 @@ impl Writer {
         let tags = original.map_or(&plain, |original| &original.facts.colours);
         write.args(colours(tags, bits));
         write.args(encoding(container, bits));
-        write.arg(absolute(path)?);
+        // An absolute name is never taken for an option or a protocol.
+        write.arg(std::path::absolute(path)?);
         write.stdin(Stdio::piped());
-        let no_start = |error: std::io::Error| fault(path, format!("ffmpeg cannot be started: {error}"));
-        let running = Running::start("ffmpeg", write).map_err(no_start)?;
         Ok(Self {
-            path: path.to_owned(),
-            running,
+            running: Running::start("ffmpeg", write)?,
         })
     }
 
@@ -82,18 +77,16 @@ impl Writer {
     ///
     /// # Errors
     /// `ffmpeg` fails; the error holds its complaint.
-    pub fn add(&mut self, rgb: &[u8]) -> Result<(), Error> {
+    pub fn add(&mut self, rgb: &[u8]) -> io::Result<()> {
         let Some(pipe) = self.running.child.stdin.as_mut() else {
-            return Err(fault(&self.path, "ffmpeg listens no more"));
+            return Err(io::Error::other("ffmpeg listens no more"));
         };
         match pipe.write_all(rgb) {
-            Ok(()) => Ok(()),
             // ffmpeg exited early; its complaint says why.
             Err(error) if error.kind() == ErrorKind::BrokenPipe => {
-                let ended = self.running.end();
-                Err(fault(&self.path, ended.err().unwrap_or(error.to_string())))
+                Err(self.running.end().err().map_or(error, io::Error::other))
             }
-            Err(error) => Err(fault(&self.path, error)),
+            other => other,
         }
     }
 
@@ -101,8 +94,8 @@ impl Writer {
     ///
     /// # Errors
     /// `ffmpeg` fails; the error holds its complaint.
-    pub fn finish(mut self) -> Result<(), Error> {
-        self.running.end().map_err(|what| fault(&self.path, what))
+    pub fn finish(mut self) -> io::Result<()> {
+        self.running.end().map_err(io::Error::other)
     }
 }
 
@@ -132,7 +125,9 @@ fn colours(tags: &ColourTags, bits: u8) -> Vec<String> {
     let range = or(&tags.range, "tv");
     let format = if bits > 8 { "yuv420p10le" } else { "yuv420p" };
     // The scaler's own word for the matrix of BT.2020.
-    let scaled = matrix.replace("bt2020nc", "bt2020").replace("bt2020c", "bt2020");
+    let scaled = matrix
+        .replace("bt2020nc", "bt2020")
+        .replace("bt2020c", "bt2020");
     [
         "-vf",
         &format!("scale=out_color_matrix={scaled}:out_range={range},format={format}"),
@@ -153,10 +148,41 @@ fn colours(tags: &ColourTags, bits: u8) -> Vec<String> {
 fn encoding(container: Container, bits: u8) -> &'static [&'static str] {
     let deep = bits > 8;
     match container {
-        Container::Mp4 if deep => &["-c:v", "libx265", "-crf", "20", "-tag:v", "hvc1", "-x265-params", "log-level=error", "-f", "mp4"],
+        Container::Mp4 if deep => &[
+            "-c:v",
+            "libx265",
+            "-crf",
+            "20",
+            "-tag:v",
+            "hvc1",
+            "-x265-params",
+            "log-level=error",
+            "-f",
+            "mp4",
+        ],
         Container::Mp4 => &["-c:v", "libx264", "-crf", "18", "-f", "mp4"],
-        Container::Matroska if deep => &["-c:v", "libx265", "-crf", "20", "-x265-params", "log-level=error", "-f", "matroska"],
+        Container::Matroska if deep => &[
+            "-c:v",
+            "libx265",
+            "-crf",
+            "20",
+            "-x265-params",
+            "log-level=error",
+            "-f",
+            "matroska",
+        ],
         Container::Matroska => &["-c:v", "libx264", "-crf", "18", "-f", "matroska"],
-        Container::WebM => &["-c:v", "libvpx-vp9", "-crf", "20", "-b:v", "0", "-row-mt", "1", "-f", "webm"],
+        Container::WebM => &[
+            "-c:v",
+            "libvpx-vp9",
+            "-crf",
+            "20",
+            "-b:v",
+            "0",
+            "-row-mt",
+            "1",
+            "-f",
+            "webm",
+        ],
     }
 }
