@@ -17,6 +17,7 @@ mod compare;
 mod documented;
 mod errors;
 mod exr_files;
+mod films;
 mod gate;
 mod gaussians;
 mod good_runs;

@@ -8,6 +8,7 @@
 
 use glam::DVec3;
 use resample_core::Camera;
+use resample_core::narrow::single;
 use warp3d::Reference;
 
 use crate::warps::filtered::{filtered, filtered_scene};
@@ -157,7 +158,7 @@ impl Network {
         };
         Reference {
             depth: (0..inverse.len())
-                .map(|index| value(index, &mut random) as f32)
+                .map(|index| single(value(index, &mut random)))
                 .collect(),
             ..exact.clone()
         }

@@ -169,17 +169,20 @@ fn a_film_fills_what_one_picture_hides() {
             ..FilmOptions::default()
         });
         let (mut sums, mut count) = ([0.0; 4], 0.0);
-        for number in 0..24 {
+        for number in 0..PICTURES {
             let pair = scene.pair(number, SIZE, BASELINE);
             let mut picture = match network {
                 true => Network::USUAL.of(&pair.reference, number),
                 false => pair.reference.clone(),
             };
             let hidden = film.add(&mut picture, None).expect("a picture").hidden;
-            if number < 12 || number % 4 != 0 {
+            if number < 12 || number % 3 != 0 {
                 continue;
             }
             let uncovered = uncovered(scene, number, &pair);
+            if uncovered.iter().filter(|&&counts| counts).count() < 50 {
+                continue;
+            }
             let draw = |hidden: Option<Reference>| {
                 let warper = Warper::with_hidden(vec![picture.clone()], hidden, &options(network));
                 warper
@@ -195,6 +198,10 @@ fn a_film_fills_what_one_picture_hides() {
             }
             count += 1.0;
         }
+        assert!(
+            count >= 2.0,
+            "{scene:?}: {count} pictures uncover something"
+        );
         let [alone, whole_alone, filled, whole] = sums.map(|sum| sum / count);
         println!(
             "{scene:?}, network {network}: uncovered {alone:.1} dB, film {filled:.1}; whole {whole_alone:.1}, film {whole:.1}"

@@ -3,6 +3,8 @@
 //! Takes pairs of inverse depths at the same things, gives scale and offset that make the new ones like the old. Most pairs
 //! are right: those that depart count ever less (iterated least squares with Tukey's weights).
 
+use resample_core::narrow::single;
+
 /// What a picture's depth may differ by from that of another picture, as the depth of a network does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Freedom {
@@ -73,9 +75,9 @@ impl Line {
         let is_like = (1.0 / MOST_SCALE..=MOST_SCALE).contains(&scale)
             && agree as f64 >= AGREE * pairs.len() as f64;
         is_like.then_some(Self {
-            scale: scale as f32,
-            offset: offset as f32,
-            left: left as f32,
+            scale: single(scale),
+            offset: single(offset),
+            left: single(left),
         })
     }
 }

@@ -9,6 +9,7 @@
 
 use glam::Vec2;
 use rayon::prelude::*;
+use resample_core::narrow::cell;
 
 /// Side of a patch, px, and the distance from one to the next.
 pub(crate) const PATCH: usize = 8;
@@ -75,7 +76,7 @@ impl Grey {
     fn at(&self, x: f32, y: f32) -> f32 {
         let x = x.clamp(0.0, (self.width - 1) as f32);
         let y = y.clamp(0.0, (self.height - 1) as f32);
-        let (left, top) = (x as usize, y as usize);
+        let (left, top) = (cell(x), cell(y));
         let (right, below) = (
             (left + 1).min(self.width - 1),
             (top + 1).min(self.height - 1),
@@ -130,7 +131,7 @@ impl Flow {
         }
         let at = |v: usize, count: usize| {
             let v = ((v as f32 + 0.5) / step as f32 - 0.5).clamp(0.0, (count - 1) as f32);
-            let first = v as usize;
+            let first = cell(v);
             (first, (first + 1).min(count - 1), v - first as f32)
         };
         let (left, right, u) = at(x, self.width);

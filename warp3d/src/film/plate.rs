@@ -7,6 +7,7 @@
 
 use glam::Vec2;
 use rayon::prelude::*;
+use resample_core::narrow::cell;
 
 use super::ego::Ego;
 use super::flow::{Flow, PATCH};
@@ -174,7 +175,7 @@ fn carried(
     {
         return Sample::NONE;
     }
-    let (column, row) = (nearest.x as usize, nearest.y as usize);
+    let (column, row) = (cell(nearest.x), cell(nearest.y));
     // The sample that comes nearest to the pixel's centre stood in this pixel or in one beside it.
     let (mut best, mut least) = (Sample::NONE, f32::INFINITY);
     for row in row.saturating_sub(1)..(row + 2).min(height) {

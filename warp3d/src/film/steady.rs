@@ -6,6 +6,7 @@
 
 use glam::Vec2;
 use rayon::prelude::*;
+use resample_core::narrow::cell;
 
 use super::align::{Freedom, Line};
 use super::flow::Flow;
@@ -171,12 +172,12 @@ impl Steady {
             pos.x.clamp(0.0, (width - 1) as f32),
             pos.y.clamp(0.0, (height - 1) as f32),
         );
-        let nearest = (y + 0.5) as usize * width + (x + 0.5) as usize;
+        let nearest = cell(y + 0.5) * width + cell(x + 0.5);
         let (mean, count) = (self.means[nearest], self.counts[nearest]);
         if x.fract() == 0.0 && y.fract() == 0.0 {
             return (mean, count);
         }
-        let (left, top) = (x as usize, y as usize);
+        let (left, top) = (cell(x), cell(y));
         let (right, below) = ((left + 1).min(width - 1), (top + 1).min(height - 1));
         let corners = [[left, top], [right, top], [left, below], [right, below]]
             .map(|[x, y]| self.means[y * width + x]);
@@ -201,9 +202,10 @@ impl Steady {
         };
         self.deviation = line.left;
         if freedom != Freedom::None {
-            now.nearness
-                .par_iter_mut()
-                .for_each(|q| *q = line.of(*q).max(0.0));
+            // Compared, since the larger of NaN and 0 is 0.
+            let moved = |q: f32| if q < 0.0 { 0.0 } else { q };
+            let nearness = now.nearness.par_iter_mut();
+            nearness.for_each(|q| *q = moved(line.of(*q)));
         }
     }
 
@@ -243,7 +245,7 @@ fn between(values: &[f32], pos: Vec2, width: usize, height: usize) -> f32 {
         pos.x.clamp(0.0, (width - 1) as f32),
         pos.y.clamp(0.0, (height - 1) as f32),
     );
-    let (left, top) = (x as usize, y as usize);
+    let (left, top) = (cell(x), cell(y));
     let (right, below) = ((left + 1).min(width - 1), (top + 1).min(height - 1));
     let (u, v) = (x - left as f32, y - top as f32);
     let row = |y: usize| {

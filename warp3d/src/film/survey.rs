@@ -1,5 +1,7 @@
 //! A film looked through once, small: its shots, and the range of the depths of each.
 
+use resample_core::narrow::{code16, whole};
+
 use super::cuts::{Cuts, Thumb};
 
 /// Bins between the least and the largest number: of 65,536 codes each has its own.
@@ -29,7 +31,7 @@ impl Survey {
         let mut sorted: Vec<u16> = numbers
             .iter()
             .filter(|v| v.is_finite())
-            .map(|&v| v as u16)
+            .map(|&v| code16(f64::from(v)))
             .collect();
         sorted.sort_unstable();
         let mut counts: Vec<(u16, u32)> = Vec::new();
@@ -69,7 +71,7 @@ impl Survey {
             bins[usize::from(code)] += u64::from(count);
         }
         let all: u64 = bins.iter().sum();
-        let left_out = (share * all as f64) as u64;
+        let left_out = whole(share * all as f64);
         let low = passed(0..BINS, &bins, left_out)?;
         let high = passed((0..BINS).rev(), &bins, left_out)?;
         (low < high).then_some([low as f64, high as f64])

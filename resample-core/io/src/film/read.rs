@@ -7,6 +7,7 @@ use std::process::{ChildStdout, Stdio};
 use rayon::prelude::*;
 use resample_core::Error;
 use resample_core::image::linear_from_srgb;
+use resample_core::narrow::code32;
 
 use super::child::{Running, command};
 use super::facts::{Facts, FrameRate, absolute};
@@ -173,7 +174,7 @@ impl Reader {
         let size = match want.max_width {
             Some(most) if own[0] > most => {
                 let height = f64::from(own[1]) * f64::from(most) / f64::from(own[0]);
-                [most, (height.round() as u32).max(1)]
+                [most, code32(height.round()).max(1)]
             }
             _ => own,
         };

@@ -1,0 +1,314 @@
+//! `resample warp3d` on films, by way of `ffmpeg`; without it these tests say that they are skipped.
+
+use std::fs;
+use std::io::Write;
+use std::process::{Command, Output, Stdio};
+
+use super::warp3d::png_of;
+use super::{Bench, assert_good, stderr};
+
+const SIZE: [usize; 2] = [96, 54];
+const PICTURES: usize = 12;
+
+/// The lens and the range of depth, so that nothing is guessed from the pictures.
+const WORDS: &str = "--from fov:40 --relative-range 20,220 --depth-kind relative --stereo 0.2 --tolerance 0.03 --fill film";
+
+/// Returns true if `ffmpeg` and `ffprobe` are installed.
+fn has_ffmpeg() -> bool {
+    let runs = |tool: &str| {
+        let mut command = Command::new(tool);
+        command
+            .arg("-version")
+            .stdout(Stdio::null())
+            .stderr(Stdio::null());
+        command.status().is_ok_and(|status| status.success())
+    };
+    let has = runs("ffmpeg") && runs("ffprobe");
+    if !has {
+        println!("skipped: no ffmpeg is installed");
+    }
+    has
+}
+
+/// Colours of a picture, and its depth's codes: a card moves before a wall; the other half of the film is another scene.
+fn picture(number: usize) -> (Vec<u8>, Vec<u8>) {
+    let is_second = number >= PICTURES / 2;
+    let card = |x: usize, y: usize| (20 + 3 * number..40 + 3 * number).contains(&x) && y > 15;
+    let pixels = || (0..SIZE[0] * SIZE[1]).map(|i| [i % SIZE[0], i / SIZE[0]]);
+    let colour = |[x, y]: [usize; 2]| match (card(x, y), is_second) {
+        (true, _) => [220, (60 + 4 * (y % 20)) as u8, 40],
+        (false, false) => [(2 * x) as u8, (3 * y) as u8, 120],
+        (false, true) => [30, (200 - 2 * x) as u8, (60 + 3 * y) as u8],
+    };
+    let depth = |[x, y]: [usize; 2]| match (card(x, y), is_second) {
+        (true, _) => 200,
+        (false, false) => (40 + y) as u8,
+        (false, true) => (90 - y) as u8,
+    };
+    (
+        pixels().flat_map(colour).collect(),
+        pixels().map(depth).collect(),
+    )
+}
+
+fn ffmpeg(bench: &Bench, input: &[&str], bytes: &[u8], output: &[&str]) {
+    let mut command = Command::new("ffmpeg");
+    command.current_dir(bench.folder.path()).args([
+        "-v",
+        "error",
+        "-y",
+        "-f",
+        "rawvideo",
+        "-s",
+        "96x54",
+        "-r",
+        "30000/1001",
+    ]);
+    command.args(input).args(["-i", "-"]).args(output);
+    let mut child = command
+        .stdin(Stdio::piped())
+        .spawn()
+        .expect("ffmpeg starts");
+    child
+        .stdin
+        .take()
+        .expect("a pipe")
+        .write_all(bytes)
+        .expect("ffmpeg reads");
+    assert!(child.wait().expect("it ends").success());
+}
+
+/// The films `film.mkv` (with a tone) and `depth.mkv`, without loss, and their pictures as numbered files.
+fn films() -> Bench {
+    let bench = Bench::new();
+    let (mut colours, mut depths) = (Vec::new(), Vec::new());
+    for number in 0..PICTURES {
+        let (colour, depth) = picture(number);
+        bench.write(&format!("c_{number:02}.png"), &png_of(SIZE, &colour));
+        let grey = image::GrayImage::from_raw(96, 54, depth.clone()).expect("a picture");
+        grey.save(bench.path(&format!("d_{number:02}.png")))
+            .expect("written");
+        colours.extend(colour);
+        depths.extend(depth);
+    }
+    let tone = [
+        "-f",
+        "lavfi",
+        "-i",
+        "sine=frequency=300:duration=0.4",
+        "-c:a",
+        "aac",
+        "-shortest",
+    ];
+    let lossless = ["-c:v", "ffv1", "film.mkv"];
+    ffmpeg(
+        &bench,
+        &["-pix_fmt", "rgb24"],
+        &colours,
+        &[&tone[..], &lossless].concat(),
+    );
+    ffmpeg(
+        &bench,
+        &["-pix_fmt", "gray"],
+        &depths,
+        &["-c:v", "ffv1", "depth.mkv"],
+    );
+    bench
+}
+
+fn probed(bench: &Bench, file: &str, stream: &str, entries: &str) -> String {
+    let mut command = Command::new("ffprobe");
+    command.current_dir(bench.folder.path()).args([
+        "-v",
+        "error",
+        "-count_packets",
+        "-select_streams",
+        stream,
+    ]);
+    command.args(["-show_entries", entries, "-of", "csv=p=0", file]);
+    let output = command.output().expect("ffprobe starts");
+    String::from_utf8_lossy(&output.stdout).trim().to_owned()
+}
+
+#[test]
+fn a_film_gives_the_pictures_of_its_files() {
+    if !has_ffmpeg() {
+        return;
+    }
+    let bench = films();
+    assert_good(&bench.run(&format!(
+        "warp3d film.mkv depth.mkv {WORDS} -o out/f_%02d.png"
+    )));
+    bench.write("cuts.txt", b"0 6\n");
+    let files = format!("warp3d c_%02d.png d_%02d.png {WORDS} --cuts cuts.txt -o out/p_%02d.png");
+    assert_good(&bench.run(&files));
+    let mixed = format!("warp3d film.mkv d_%02d.png {WORDS} --cuts cuts.txt -o out/m_%02d.png");
+    assert_good(&bench.run(&mixed));
+    for number in 0..PICTURES {
+        let read =
+            |kind: &str| super::read_png(&bench.path(&format!("out/{kind}_{number:02}.png")));
+        assert!(
+            read("f") == read("p"),
+            "picture {number}: the film, and its cut, are those of its files"
+        );
+        assert!(
+            read("m") == read("p"),
+            "picture {number}: a film and files of depth"
+        );
+    }
+    // A part, and one that follows a cut, are the whole's.
+    let part = format!("warp3d film.mkv depth.mkv {WORDS} --frames 8..10 -o out/part_%02d.png");
+    assert_good(&bench.run(&part));
+    for number in 8..10 {
+        let read =
+            |kind: &str| super::read_png(&bench.path(&format!("out/{kind}_{number:02}.png")));
+        assert!(read("part") == read("f"), "picture {number} of a part");
+    }
+}
+
+#[test]
+fn a_stereo_film_keeps_rate_length_and_sound() {
+    if !has_ffmpeg() {
+        return;
+    }
+    let bench = films();
+    let words = "warp3d film.mkv depth.mkv --stereo 0.1 --layout half-side-by-side -o out/s.mp4";
+    let output = bench.run(words);
+    assert_good(&output);
+    let said = stderr(&output);
+    assert!(
+        said.contains("2 shots in 12 pictures") && said.contains("fov:35"),
+        "{said}"
+    );
+    let video = probed(
+        &bench,
+        "out/s.mp4",
+        "v:0",
+        "stream=width,height,r_frame_rate,nb_read_packets,color_space",
+    );
+    assert_eq!(video, "96,54,bt709,30000/1001,12");
+    assert_eq!(
+        probed(&bench, "out/s.mp4", "a:0", "stream=codec_name"),
+        "aac"
+    );
+    let packets = |file| probed(&bench, file, "a:0", "packet=size");
+    assert_eq!(
+        packets("out/s.mp4"),
+        packets("film.mkv"),
+        "the packets of the sound are copied"
+    );
+    assert_eq!(bench.written(), ["s.mp4"]);
+}
+
+#[test]
+fn a_film_goes_through_pipes() {
+    if !has_ffmpeg() {
+        return;
+    }
+    let bench = films();
+    let film = fs::File::open(bench.path("film.mkv")).expect("a film");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_resample"));
+    command.current_dir(bench.folder.path()).stdin(film);
+    command.args(["warp3d", "-", "depth.mkv", "--stereo", "0.1", "-o", "-"]);
+    let output: Output = command.output().expect("the binary starts");
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    bench.write("piped.mkv", &output.stdout);
+    let video = probed(
+        &bench,
+        "piped.mkv",
+        "v:0",
+        "stream=width,height,nb_read_packets",
+    );
+    assert_eq!(video, "192,54,12");
+}
+
+#[test]
+fn halves_of_one_film_are_picture_and_depth() {
+    if !has_ffmpeg() {
+        return;
+    }
+    let bench = films();
+    let mut command = Command::new("ffmpeg");
+    command.current_dir(bench.folder.path()).args([
+        "-v",
+        "error",
+        "-i",
+        "film.mkv",
+        "-i",
+        "depth.mkv",
+        "-filter_complex",
+    ]);
+    command.args([
+        "[1:v]format=gbrp[d];[0:v]format=gbrp[c];[c][d]hstack",
+        "-c:v",
+        "ffv1",
+        "-pix_fmt",
+        "gbrp",
+        "both.mkv",
+    ]);
+    assert!(command.status().expect("ffmpeg starts").success());
+    assert_good(&bench.run(&format!(
+        "warp3d both.mkv both.mkv#right {WORDS} -o out/b_%02d.png"
+    )));
+    assert_good(&bench.run(&format!(
+        "warp3d film.mkv depth.mkv {WORDS} -o out/f_%02d.png"
+    )));
+    for number in 0..PICTURES {
+        let read =
+            |kind: &str| super::read_png(&bench.path(&format!("out/{kind}_{number:02}.png")));
+        assert!(read("b") == read("f"), "picture {number}");
+    }
+}
+
+#[test]
+fn films_that_do_not_fit_are_refused_in_one_line() {
+    if !has_ffmpeg() {
+        return;
+    }
+    let bench = films();
+    let whole = fs::read(bench.path("film.mkv")).expect("a film");
+    bench.write("short.mkv", &whole[..200]);
+    bench.write("cuts.txt", b"0 six");
+    let tall = ["-vf", "crop=40:54", "-c:v", "ffv1", "tall.mkv"];
+    let (_, depth) = picture(0);
+    ffmpeg(&bench, &["-pix_fmt", "gray"], &depth, &tall);
+    for (words, named) in [
+        ("film.mkv d_00.png", "d_00.png"),
+        ("film.mkv film.mkv", "film.mkv#right"),
+        ("film.mkv depth.mkv#middle", "middle"),
+        ("c_%02d.png missing.mkv", "missing.mkv"),
+        ("short.mkv depth.mkv", "short.mkv"),
+        ("film.mkv tall.mkv", "tall.mkv"),
+        ("film.mkv depth.mkv --cuts cuts.txt", "six"),
+        ("film.mkv depth.mkv --sway 3", "--sway"),
+    ] {
+        let output = bench.run(&format!("warp3d {words} --stereo 0.1 -o out/s.mp4"));
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{words}: {said}");
+        let last = said.lines().last().unwrap_or_default();
+        assert!(last.contains(named), "{words} must name {named}: {said}");
+        assert!(bench.written().is_empty(), "{words}: nothing is written");
+    }
+    // Without the programs one line says what to do.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_resample"));
+    command
+        .current_dir(bench.folder.path())
+        .env("PATH", bench.path("out"));
+    command.args([
+        "warp3d",
+        "film.mkv",
+        "depth.mkv",
+        "--stereo",
+        "0.1",
+        "-o",
+        "out/%02d.png",
+    ]);
+    let output = command.output().expect("the binary starts");
+    let said = stderr(&output);
+    assert_eq!(
+        (output.status.code(), said.lines().count()),
+        (Some(2), 1),
+        "{said}"
+    );
+    assert!(said.contains("film.mkv: ffprobe was not found"), "{said}");
+}
