@@ -239,7 +239,7 @@ fn halves_of_one_film_are_picture_and_depth() {
         "-filter_complex",
     ]);
     command.args([
-        "[1:v]format=gbrp[d];[0:v]format=gbrp[c];[c][d]hstack",
+        "[1:v]setpts=PTS-STARTPTS,format=gbrp[d];[0:v]setpts=PTS-STARTPTS,format=gbrp[c];[c][d]hstack",
         "-c:v",
         "ffv1",
         "-pix_fmt",

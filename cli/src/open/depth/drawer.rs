@@ -58,6 +58,8 @@ pub(crate) struct Source {
     next: usize,
     /// The picture whose references the warper holds.
     current: Option<usize>,
+    /// Where each picture is seen from, once that is known.
+    targets: Vec<Camera>,
 }
 
 /// A picture that was read.
@@ -65,8 +67,8 @@ pub(crate) struct Read {
     pub(crate) scene: WarpScene,
     /// What it hides and other pictures show.
     pub(crate) hidden: Option<Reference>,
-    /// Whether a shot has begun since the picture that was read before.
-    pub(crate) begins_shot: bool,
+    /// The median depth of the first picture of its shot, where that has begun since the picture that was read before.
+    pub(crate) median: Option<f64>,
 }
 
 impl Source {
@@ -79,9 +81,15 @@ impl Source {
             film: None,
             next: 0,
             current: None,
+            targets: Vec::new(),
         };
         source.rewind()?;
         Ok(source)
+    }
+
+    /// Says where each picture is seen from.
+    pub(crate) fn seen_from(&mut self, targets: &[Camera]) {
+        self.targets = targets.to_vec();
     }
 
     /// Back to the first picture.
@@ -95,11 +103,16 @@ impl Source {
     /// Reads picture `number`, and those before it where it depends on them.
     pub(crate) fn read(&mut self, number: usize, notes: &mut Notes) -> Result<Read> {
         if self.streams.is_none() && self.film.is_none() {
-            self.next = number;
+            // Nothing depends on other pictures than the first of the shot.
+            let first = self.frames.first_of_shot(number);
+            let is_same = self
+                .current
+                .is_some_and(|current| (first..=number).contains(&current));
+            self.next = if is_same { number } else { first };
         } else if number < self.next {
             self.rewind()?;
         }
-        let mut begins_shot = false;
+        let mut median = None;
         loop {
             let index = self.next;
             let mut words = self.frames.words(&self.args, index)?;
@@ -108,26 +121,26 @@ impl Source {
             }
             self.next += 1;
             let said = self.frames.begins_shot(index);
-            if self.film.is_none() && index < number {
-                begins_shot |= said == Some(true);
+            if self.film.is_none() && index < number && said != Some(true) {
                 continue;
             }
             let mut scene = scene::read(&words, notes)?;
             let mut hidden = None;
-            match (&mut self.film, &mut scene.references[..]) {
-                (Some(film), [picture]) => {
-                    let added = film.add(picture, said)?;
-                    hidden = added.hidden;
-                    begins_shot |= added.begins_shot;
-                }
-                _ => begins_shot |= said == Some(true),
+            let mut begins_shot = said == Some(true);
+            if let (Some(film), [picture]) = (&mut self.film, &mut scene.references[..]) {
+                let added = film.add(picture, said)?;
+                hidden = added.hidden;
+                begins_shot = added.begins_shot;
+            }
+            if begins_shot && let Some(target) = self.targets.get(index) {
+                median = scene::median_depth(&scene.references, target).or(median);
             }
             if index == number {
                 self.current = Some(number);
                 return Ok(Read {
                     scene,
                     hidden,
-                    begins_shot,
+                    median,
                 });
             }
         }
@@ -162,7 +175,7 @@ fn film_options(args: &Warp3dArgs) -> Option<FilmOptions> {
 impl Drawer {
     /// Draws, and warns of an empty picture.
     pub(crate) fn draw(&mut self, sheet: &Camera, number: usize) -> Result<Drawn> {
-        self.turn_to(number, sheet)?;
+        self.turn_to(number)?;
         let drawn = self.draw_silently(sheet)?;
         if drawn.image.rgba.iter().all(|pixel| !(pixel[3] > 0.0)) {
             self.notes.say(
@@ -173,7 +186,7 @@ impl Drawer {
     }
 
     /// Takes the references of picture `number`, and with a new shot its own convergence.
-    pub(crate) fn turn_to(&mut self, number: usize, sheet: &Camera) -> Result<()> {
+    pub(crate) fn turn_to(&mut self, number: usize) -> Result<()> {
         let Some(source) = &mut self.source else {
             return Ok(());
         };
@@ -181,9 +194,8 @@ impl Drawer {
             return Ok(());
         }
         let read = source.read(number, &mut self.notes)?;
-        if read.begins_shot && self.converges == Converges::AtMedian {
-            let median = scene::median_depth(&read.scene.references, sheet);
-            self.convergence = median.unwrap_or(self.convergence);
+        if self.converges == Converges::AtMedian {
+            self.convergence = read.median.unwrap_or(self.convergence);
         }
         let options = source.args.render.options.options()?;
         self.warper = Warper::with_hidden(read.scene.references, read.hidden, &options)?;

@@ -133,7 +133,14 @@ impl Frames {
 
     /// Whether frame `index` begins a shot, where somebody has said it.
     pub(crate) fn begins_shot(&self, index: usize) -> Option<bool> {
-        Some(index == 0 || self.cuts.as_ref()?.contains(&index))
+        let cuts = self.cuts.as_ref()?;
+        Some(index == 0 || cuts.contains(&index))
+    }
+
+    /// The first frame of the shot that frame `index` belongs to, as far as somebody has said it.
+    pub(crate) fn first_of_shot(&self, index: usize) -> usize {
+        let cuts = self.cuts.iter().flatten().copied();
+        cuts.filter(|&cut| cut <= index).max().unwrap_or(0)
     }
 
     /// How many there are.

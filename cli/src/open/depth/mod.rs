@@ -118,8 +118,7 @@ impl OpenScene for OpenDepth {
     }
 
     fn turn_to(&mut self, number: usize) -> Result<()> {
-        let camera = self.ready.cameras[number];
-        self.ready.drawer.turn_to(number, &camera)
+        self.ready.drawer.turn_to(number)
     }
 
     fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
@@ -209,8 +208,9 @@ impl Ready {
         let layout = layout(args, scene.nearest);
         let mut targets = targets(&first, &scene)?;
         let convergence = convergence(args, &scene, &targets[0])?;
-        if let Some(Source { frames, .. }) = &source {
-            targets = of_frames(args, frames, targets[0], scene.nearest)?;
+        if let Some(source) = &mut source {
+            targets = of_frames(args, &source.frames, targets[0], scene.nearest)?;
+            source.seen_from(&targets);
         }
         let cameras = cameras(args, &layout, &targets, convergence)?;
         let plan = plan(args, &request, cameras.len() > 1 || source.is_some())?;

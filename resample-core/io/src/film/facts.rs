@@ -51,6 +51,8 @@ pub struct Facts {
     pub sound: Option<String>,
     /// Its length, s, where the file says it.
     pub seconds: Option<f64>,
+    /// When its pictures begin after the file does, s: sound often begins a little earlier.
+    pub begins_s: f64,
 }
 
 impl FrameRate {
@@ -99,7 +101,7 @@ impl Facts {
     pub fn of(path: &Path) -> Result<Self, Error> {
         check_tool("ffprobe", path, "give its pictures as numbered files")?;
         let entries = "stream=width,height,pix_fmt,r_frame_rate,avg_frame_rate,color_range,color_space,\
-                       color_transfer,color_primaries:stream_side_data=rotation:format=duration";
+                       color_transfer,color_primaries,start_time:stream_side_data=rotation:format=start_time,duration";
         let video = asked(path, "v:0", entries)?;
         let sound = asked(path, "a:0", "stream=codec_name")?;
         Self::of_answers(&video, &sound).map_err(|what| fault(path, what))
@@ -159,7 +161,20 @@ impl Facts {
             seconds: of_video("duration")
                 .and_then(|seconds| seconds.parse().ok())
                 .filter(|&seconds: &f64| seconds > 0.0),
+            begins_s: begins_s(video),
         })
+    }
+}
+
+/// When the stream of an answer begins after its file does, s; the file's line is the last.
+fn begins_s(answer: &str) -> f64 {
+    let starts = answer
+        .lines()
+        .filter_map(|line| line.strip_prefix("start_time="));
+    let starts: Vec<f64> = starts.filter_map(|start| start.parse().ok()).collect();
+    match starts[..] {
+        [stream, file] if stream > file => stream - file,
+        _ => 0.0,
     }
 }
 

@@ -182,7 +182,11 @@ impl Reader {
         let crop = want.kept.crop(facts.size);
         let scale =
             format!("scale={width}:{height}:{convert}flags=area+accurate_rnd+full_chroma_int");
-        let filters: Vec<String> = crop.into_iter().chain([scale]).collect();
+        // Time is counted from the first picture, so that films that begin at other times go together.
+        let filters = crop
+            .into_iter()
+            .chain([scale, "setpts=PTS-STARTPTS".into()]);
+        let filters: Vec<String> = filters.collect();
         let mut read = command("ffmpeg");
         read.args(["-nostdin", "-i"]).arg(absolute(path)?);
         read.args(["-map", "0:v:0", "-vf", &filters.join(",")]);

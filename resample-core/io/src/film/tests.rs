@@ -5,7 +5,7 @@ use super::*;
 #[test]
 fn answers_become_facts() {
     let answer = "width=1920\nheight=1080\npix_fmt=yuv420p10le\ncolor_range=tv\ncolor_space=bt2020nc\ncolor_transfer=smpte2084\n\
-                  color_primaries=bt2020\nr_frame_rate=30000/1001\navg_frame_rate=30000/1001\nrotation=-90\nduration=2.002\n";
+                  color_primaries=bt2020\nr_frame_rate=30000/1001\navg_frame_rate=30000/1001\nrotation=-90\nstart_time=0.023\nstart_time=0.000\nduration=2.002\n";
     let facts = Facts::of_answers(answer, "codec_name=aac\n").expect("facts");
     assert_eq!(facts.size, [1080, 1920], "a phone held upright");
     let rate = FrameRate {
@@ -14,7 +14,10 @@ fn answers_become_facts() {
     };
     assert_eq!((facts.rate, facts.is_uneven), (rate, false));
     assert_eq!((facts.bits, facts.is_rgb), (10, false));
-    assert_eq!(facts.sound.as_deref(), Some("aac"));
+    assert_eq!(
+        (facts.sound.as_deref(), facts.begins_s),
+        (Some("aac"), 0.023)
+    );
     assert_eq!(facts.colours.matrix, "bt2020nc");
     let uneven = "width=4\nheight=2\npix_fmt=yuv420p\nr_frame_rate=60/1\navg_frame_rate=2790/100\ncolor_space=unknown\n";
     let facts = Facts::of_answers(uneven, "").expect("facts");

@@ -51,6 +51,9 @@ impl Writer {
         write.args(["-pixel_format", if bits > 8 { "rgb48le" } else { "rgb24" }]);
         let [width, height] = size;
         write.args(["-video_size", &format!("{width}x{height}")]);
+        if let Some(begins_s) = original.map(|original| original.facts.begins_s) {
+            write.args(["-itsoffset", &format!("{begins_s:.6}")]);
+        }
         write.args(["-framerate", &rate.to_string(), "-i", "pipe:0"]);
         if let Some(original) = original {
             write.arg("-i").arg(std::path::absolute(&original.path)?);
@@ -60,6 +63,8 @@ impl Writer {
             write.args(["-metadata:s:v:0", "rotate=0"]);
             write.args(sound(container, original.facts.sound.as_deref()));
         }
+        // No picture is doubled to fill the time before the first one.
+        write.args(["-fps_mode", "passthrough"]);
         let plain = ColourTags::default();
         let tags = original.map_or(&plain, |original| &original.facts.colours);
         write.args(colours(tags, bits));
