@@ -36,7 +36,6 @@ pub mod args;
 #[cfg(feature = "input")]
 pub mod input;
 mod view;
-pub mod film;
 mod surfaces;
 mod project;
 mod hybrid;
@@ -56,5 +55,5 @@ pub use resample_core::clock::StageTime;
 pub use resample_core::{Error, Reuse};
 pub use stats::{FrameStats, StageTimes};
 pub use view::reference::{self, Reference};
-pub use view::{panorama, warp};
+pub use view::{film, panorama, warp};
 pub use warper::{Frame, Warper};

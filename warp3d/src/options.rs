@@ -86,7 +86,7 @@ pub enum Fill {
     Background,
     /// Natural-neighbour interpolation from the farther side of the hole's rim
     Natural,
-    /// What other pictures of a film show there, then as background
+    /// The background that other pictures of a film show there, else as background
     Film,
 }
 

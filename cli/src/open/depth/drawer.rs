@@ -52,7 +52,7 @@ pub(crate) struct Source {
     args: Warp3dArgs,
     /// The films that are read, at the picture `next`.
     streams: Option<Streams>,
-    /// What is kept from picture to picture.
+    /// Means and background, kept from picture to picture.
     film: Option<Film>,
     /// The picture that follows the last one that was read.
     next: usize,
@@ -65,7 +65,7 @@ pub(crate) struct Source {
 /// A picture that was read.
 pub(crate) struct Read {
     pub(crate) scene: WarpScene,
-    /// What it hides and other pictures show.
+    /// The background that it hides and other pictures show.
     pub(crate) hidden: Option<Reference>,
     /// The median depth of the first picture of its shot, where that has begun since the picture that was read before.
     pub(crate) median: Option<f64>,
@@ -147,7 +147,7 @@ impl Source {
     }
 }
 
-/// What is kept from picture to picture; `None` where every picture stands for itself.
+/// The things that are kept from picture to picture; `None` where every picture stands for itself.
 fn film_options(args: &Warp3dArgs) -> Option<FilmOptions> {
     /// Pictures of a mean where nothing is typed: a second of film.
     const STEADY: u32 = 32;

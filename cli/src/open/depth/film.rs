@@ -19,7 +19,7 @@ use warp3d::input::{DepthKind, Part, Picture, Plane, colour, depth};
 
 use crate::args::Warp3dArgs;
 use crate::cameras::viewpoint;
-use crate::open::depth::frames::files_of;
+use crate::open::depth::items::files_of;
 use crate::output::temporary_file;
 use crate::process::interrupt::Listed;
 use crate::process::report;
@@ -47,7 +47,7 @@ pub(crate) struct FilmInput {
     rate: FrameRate,
     shots: Vec<Shot>,
     pictures: usize,
-    /// What came from the standard input.
+    /// The file that holds the standard input.
     _kept: Option<Arc<(NamedTempFile, Listed)>>,
 }
 
@@ -135,7 +135,7 @@ impl FilmInput {
         &self.shots
     }
 
-    /// Whether the numbers of the depth's codes have a range of their own for each shot.
+    /// Returns true if the codes of the depth have a range of their own for each shot.
     pub(crate) fn has_ranges(&self) -> bool {
         matches!(self.depth, Stream::Film { .. })
     }

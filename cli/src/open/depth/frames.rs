@@ -8,13 +8,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use resample_io::{Gate, Outside, Room};
-use warp3d::input::{Part, colour, range_of_sequence, read_text};
+use warp3d::input::{Part, colour, range_of_sequence};
 
 use crate::args::Warp3dArgs;
 use crate::cameras::viewpoint;
 use crate::cameras::viewpoint::{Known, Viewpoint};
 use crate::open::depth::film;
 use crate::open::depth::film::FilmInput;
+use crate::open::depth::items::{Item, items};
 use crate::open::depth::scene;
 use crate::output::FrameNames;
 use crate::process::report;
@@ -46,13 +47,6 @@ struct Frame {
     depth: String,
     from: Option<Viewpoint>,
     to: Option<Viewpoint>,
-}
-
-/// One line of a list, or one file of a pattern.
-struct Item {
-    number: usize,
-    time: Option<String>,
-    file: String,
 }
 
 impl Frames {
@@ -131,7 +125,7 @@ impl Frames {
         self.film.as_ref()
     }
 
-    /// Whether frame `index` begins a shot, where somebody has said it.
+    /// True if frame `index` begins a shot, false if not; `None` where nobody has said it.
     pub(crate) fn begins_shot(&self, index: usize) -> Option<bool> {
         let cuts = self.cuts.as_ref()?;
         Some(index == 0 || cuts.contains(&index))
@@ -338,92 +332,6 @@ fn partner<'a>(colour: &Item, depths: &'a [Item]) -> Option<&'a Item> {
         }
         _ => depths.iter().find(|depth| depth.number == colour.number),
     }
-}
-
-/// The names of the files of a pattern or a list; `None` for a single file.
-pub(crate) fn files_of(word: &str) -> Result<Option<Vec<String>>> {
-    let names = |items: Vec<Item>| items.into_iter().map(|item| item.file).collect();
-    Ok(items(word)?.map(names))
-}
-
-/// The files of a pattern or a list; `None` for a single file.
-fn items(word: &str) -> Result<Option<Vec<Item>>> {
-    let Part { path, name } = Part::from_text(word);
-    let with_name = |file: &Path| match &name {
-        Some(name) => format!("{}#{name}", file.display()),
-        None => file.display().to_string(),
-    };
-    let is_list = path.extension().is_some_and(|extension| extension == "txt");
-    if is_list {
-        return list(&path, with_name).map(Some);
-    }
-    // A file whose own name looks like a pattern is one file.
-    let pattern = if path.exists() {
-        None
-    } else {
-        FrameNames::from_pattern(&path)?
-    };
-    pattern
-        .map(|pattern| numbered(&path, &pattern, with_name))
-        .transpose()
-}
-
-fn numbered(
-    path: &Path,
-    pattern: &FrameNames,
-    with_name: impl Fn(&Path) -> String,
-) -> Result<Vec<Item>> {
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let folder = folder.unwrap_or(Path::new("."));
-    let mut numbers = Vec::new();
-    for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
-        let name = entry
-            .with_context(|| folder.display().to_string())?
-            .file_name();
-        numbers.extend(name.to_str().and_then(|name| pattern.number_of(name)));
-    }
-    numbers.sort_unstable();
-    if numbers.is_empty() {
-        bail!("{}: no file has such a name", path.display());
-    }
-    let item = |number: usize| Item {
-        number,
-        time: None,
-        file: with_name(&pattern.frame(number)),
-    };
-    Ok(numbers.into_iter().map(item).collect())
-}
-
-fn list(path: &Path, with_name: impl Fn(&Path) -> String) -> Result<Vec<Item>> {
-    let text = read_text(path)?;
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let lines = text
-        .lines()
-        .map(str::trim)
-        .filter(|line| !line.is_empty() && !line.starts_with('#'));
-    let items: Vec<Item> = lines
-        .enumerate()
-        .map(|(number, line)| {
-            let timed = line
-                .split_once(char::is_whitespace)
-                .filter(|(time, _)| time.parse::<f64>().is_ok_and(f64::is_finite));
-            let (time, name) = timed.map_or((None, line), |(time, name)| (Some(time), name));
-            Item {
-                number,
-                time: time.map(str::to_owned),
-                file: with_name(&folder.join(name.trim())),
-            }
-        })
-        .collect();
-    if items.is_empty() {
-        bail!(
-            "{}: the list is empty, expected a name a line",
-            path.display()
-        );
-    }
-    Ok(items)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@
 
 mod film;
 pub(crate) mod frames;
+mod items;
 pub(crate) mod scene;
 
 use std::path::PathBuf;

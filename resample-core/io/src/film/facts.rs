@@ -32,18 +32,18 @@ pub struct ColourTags {
     pub range: String,
 }
 
-/// What a film holds.
+/// Facts about a film.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Facts {
     /// Width and height as it is seen, px: after the rotation that phones write.
     pub size: [u32; 2],
     /// Its nominal frame rate.
     pub rate: FrameRate,
-    /// Whether its pictures stand at uneven times.
+    /// True if its pictures stand at uneven times.
     pub is_uneven: bool,
     /// Bits of a channel: 8 to 16.
     pub bits: u8,
-    /// Whether its pixels are red, green and blue, or grey of full range, rather than luma and chroma.
+    /// True if its pixels are red, green and blue, or grey of full range, rather than luma and chroma.
     pub is_rgb: bool,
     /// Its colours.
     pub colours: ColourTags,

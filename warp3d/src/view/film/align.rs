@@ -5,7 +5,7 @@
 
 use resample_core::narrow::single;
 
-/// What a picture's depth may differ by from that of another picture, as the depth of a network does.
+/// The change that a picture's depth may have against that of another picture, as the depth of a network does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Freedom {
     /// Nothing: depth was measured.

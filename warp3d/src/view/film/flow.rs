@@ -196,7 +196,7 @@ impl Flow {
         }
     }
 
-    /// What a coarser level says of a pixel of the next one.
+    /// The motion that a coarser level finds at a pixel of the next one.
     fn guess(&self, x: usize, y: usize) -> Vec2 {
         if self.ways.is_empty() {
             return Vec2::ZERO;

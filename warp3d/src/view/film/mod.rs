@@ -28,10 +28,10 @@ pub use survey::{Shot, Survey};
 /// Widest copy of a picture in which motion is looked for, px: flow of a tenth of a pixel there is half a pixel of 1920.
 const FLOW_WIDTH: usize = 480;
 
-/// What a film is given beside its pictures.
+/// The options of a film.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilmOptions {
-    /// What depths may differ by from picture to picture.
+    /// The change that depths may have from picture to picture.
     pub freedom: Freedom,
     /// Pictures over which the depth of things at rest is averaged; 0 leaves all depth as it is.
     pub steady: u32,
@@ -70,12 +70,12 @@ pub struct Film {
     plate: Plate,
 }
 
-/// What a film says of a picture.
+/// A picture's place in its film.
 #[derive(Clone, Debug)]
 pub struct Added {
-    /// Whether it begins a shot.
+    /// True if it begins a shot.
     pub begins_shot: bool,
-    /// What it hides and other pictures of its shot show, seen by the same camera; depth is unknown where there is nothing.
+    /// The background that it hides and other pictures of its shot show, seen by the same camera; depth is unknown where there is nothing.
     pub hidden: Option<Reference>,
 }
 

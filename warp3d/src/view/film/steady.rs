@@ -119,7 +119,7 @@ impl Steady {
         self.grey.extend_from_slice(now.grey);
     }
 
-    /// What was kept, carried along the motion; a count of 0 where the colour is another.
+    /// The means that were kept, carried along the motion; a count of 0 where the colour is another.
     fn carried(&self, now: &Present) -> Vec<Carried> {
         let width = now.width;
         let height = now.grey.len() / width;

@@ -42,7 +42,7 @@ pub(crate) struct Sample {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Plate {
     samples: Vec<Sample>,
-    /// Whether each sample is hidden by the picture.
+    /// True for each sample that the picture hides.
     covered: Vec<bool>,
 }
 

@@ -16,7 +16,7 @@ pub struct Shot {
     pub range: Option<[f64; 2]>,
 }
 
-/// What is known of the pictures so far.
+/// The changes and the codes of the pictures so far.
 #[derive(Clone, Debug, Default)]
 pub struct Survey {
     cuts: Cuts,
