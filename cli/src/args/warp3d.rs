@@ -11,12 +11,12 @@ use warp3d::WarpArgs;
 use warp3d::input::DepthKind;
 
 use crate::args::{AskArgs, Given, PartArgs, PictureArgs};
-use crate::cameras::multiview::{Anaglyph, Places};
 use crate::cameras::viewpoint;
 use crate::cameras::viewpoint::Viewpoint;
 use crate::values;
 use crate::values::input_file::{HeldPictures, Source};
 use crate::values::{Grid, IntrinsicsWord, Size, Sway};
+use warp3d::multiview::{Anaglyph, Places};
 
 /// Options of `resample warp3d`.
 #[derive(Args, Clone, Debug, Default)]

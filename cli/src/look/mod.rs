@@ -1,12 +1,11 @@
 //! The look of a volume: takes typed options and the facts of the data, returns transfer functions, light and blending.
 //!
 //! [`decide`] computes the whole look; drawing uses it unchanged. `options` translates typed options; `transfer` makes the function of
-//! one volume, and the light and blending that go with it; `channel_look` makes the look of a channel and of colour voxels; `transfer_plot` draws the function over the histogram.
+//! one volume, and the light and blending that go with it; `channel_look` makes the look of a channel and of colour voxels.
 
 pub(crate) mod options;
 pub(crate) mod transfer;
 pub(crate) mod channel_look;
-pub(crate) mod transfer_plot;
 
 use anyhow::{Context, Result};
 use volsplat::{Described, RenderOptions, TransferFunction};

@@ -7,11 +7,10 @@
 use std::path::Path;
 
 use anyhow::Result;
-use volsplat::transfer::{ColourMap, DataKind, DefaultLook, FileLook, Histogram, Preset};
+use volsplat::transfer::{ColourMap, DataKind, DefaultLook, FileLook, Histogram, Preset, plot};
 use volsplat::{Blend, Described, FieldOptions, Order, RenderOptions, Shading, TransferFunction};
 
 use crate::args::{RayBlend, RenderArgs, TransferArgs, VolsplatArgs};
-use crate::look::transfer_plot;
 use crate::output;
 use crate::output::{Depth, Format};
 use crate::process::report;
@@ -93,7 +92,7 @@ pub(crate) fn show(
     volume: &dyn Described,
 ) -> Result<()> {
     if let Some(path) = &args.show_transfer {
-        let plot = transfer_plot::draw(function, &volume.histogram());
+        let plot = plot::draw(function, &volume.histogram());
         output::write_picture(path, Format::Png(Depth::Eight), &plot)?;
     }
     Ok(())

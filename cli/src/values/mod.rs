@@ -19,6 +19,7 @@ mod part;
 pub use crate::values::part::{IntrinsicsWord, Sway, bytes, intrinsics, sway};
 pub use bound::{Bound, BoundMetric, bound, metric_bound, time_ms};
 pub use part::{FrameRange, TileWord, frames, tile};
+pub use warp3d::multiview::Grid;
 
 /// Most views along a side of a grid: more than any light-field screen shows.
 const MAX_GRID_SIDE: u32 = 64;
@@ -27,15 +28,6 @@ const MAX_GRID_SIDE: u32 = 64;
 pub fn word(choice: impl ValueEnum) -> String {
     let value = choice.to_possible_value();
     value.map_or_else(String::new, |value| value.get_name().to_owned())
-}
-
-/// Columns and rows of a quilt.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Grid {
-    /// Views beside each other.
-    pub columns: u32,
-    /// Views above each other.
-    pub rows: u32,
 }
 
 /// A picture size, px.

@@ -10,14 +10,15 @@ use resample_io::Gate;
 use crate::args::{LayoutWord, Warp3dArgs};
 use crate::cameras::camera_file::CameraDefaults;
 use crate::cameras::camera_path::KeyKind;
-use crate::cameras::multiview::{Layout, Places};
 use crate::cameras::viewpoint::Known;
-use crate::cameras::{camera_path, multiview, viewpoint};
+use crate::cameras::{camera_path, viewpoint};
 use crate::open::depth::frames::Frames;
 use crate::open::depth::scene;
 use crate::open::depth::scene::WarpScene;
 use crate::output;
 use crate::values::{Size, Sway};
+use warp3d::multiview;
+use warp3d::multiview::{Layout, Places};
 
 /// One camera for each frame of a sequence, the first frame's as [`targets`] has it.
 pub(crate) fn of_frames(
@@ -46,7 +47,7 @@ pub(crate) fn layout(args: &Warp3dArgs, nearest: f64) -> Layout {
         (None, _, Some(grid), _) => Layout::Quilt(grid, views.view_cone),
         (None, _, None, Some(LayoutWord::ColourAndDepth)) => Layout::ColourAndDepth(nearest),
         (None, _, None, Some(LayoutWord::Equirectangular)) => {
-            Layout::Equirectangular(args.cameras.size)
+            Layout::Equirectangular(args.cameras.size.map(|size| [size.width, size.height]))
         }
         (None, _, None, _) => Layout::Single,
     }

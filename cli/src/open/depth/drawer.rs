@@ -8,13 +8,13 @@ use warp3d::input::DepthKind;
 use warp3d::{Fill, FrameStats, Reference, Warper};
 
 use crate::args::Warp3dArgs;
-use crate::cameras::multiview::Layout;
 use crate::open::depth::film::{FilmInput, Streams};
 use crate::open::depth::frames::Frames;
 use crate::open::depth::scene;
 use crate::open::depth::scene::WarpScene;
 use crate::picture::Drawn;
 use crate::process::report::{Account, Cost, Notes};
+use warp3d::multiview::Layout;
 
 /// Draws the views of a sheet.
 pub(crate) struct Drawer {

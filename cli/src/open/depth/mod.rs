@@ -21,7 +21,6 @@ use warp3d::{Fill, WarpOptions, Warper};
 
 use crate::args::{CameraArgs, Drawing, SequenceArgs, Warp3dArgs};
 use crate::cameras::camera_path::KeyKind;
-use crate::cameras::multiview::Layout;
 use crate::open::depth::frames::Frames;
 use crate::open::open_scene::{OpenScene, Parts};
 use crate::open::setting::Setting;
@@ -32,6 +31,7 @@ use crate::picture::bands::Window;
 use crate::plan::{Change, Pictures, Plan, Purpose, Request, Run, RunLog};
 use crate::process::report;
 use crate::process::report::{Notes, RunStats, Verbosity};
+use warp3d::multiview::Layout;
 
 mod cameras;
 mod drawer;

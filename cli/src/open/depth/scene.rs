@@ -15,14 +15,15 @@ use warp3d::{Reference, WarpOptions, Warper, input};
 
 use crate::args::{DepthArgs, Warp3dArgs};
 use crate::cameras::camera_file::{FileCamera, NEAR_FRACTION};
+use crate::cameras::viewpoint;
 use crate::cameras::viewpoint::{Known, TakenWith, Viewpoint};
-use crate::cameras::{multiview, viewpoint};
 use crate::output::Format;
 use crate::plan::Request;
 use crate::process::report::Notes;
 use crate::values::IntrinsicsWord;
 use crate::values::input_file::HeldPicture;
 use crate::{output, plan};
+use warp3d::multiview;
 
 /// The references of a warp and their first camera.
 pub(crate) struct WarpScene {

@@ -7,6 +7,7 @@ mod automatic;
 pub mod presets;
 #[cfg(feature = "input")]
 mod files;
+pub mod plot;
 
 pub use automatic::DataKind;
 pub use colour_map::{ColourMap, tint};

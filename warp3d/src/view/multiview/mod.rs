@@ -10,13 +10,20 @@ mod panorama;
 #[cfg(test)]
 mod tests;
 
-use anyhow::Result;
-use clap::ValueEnum;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use resample_core::image::linear_from_srgb;
 use resample_core::{Camera, Image, Plane};
 
-use crate::values::{Grid, Size};
+use crate::Error;
+
+/// Columns and rows of a quilt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Grid {
+    /// Views beside each other.
+    pub columns: u32,
+    /// Views above each other.
+    pub rows: u32,
+}
 
 /// Where the two views of a stereo pair lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +54,7 @@ pub enum Layout {
     /// The picture on the left, its inverse depth as grey on the right, white at this distance, world units.
     ColourAndDepth(f64),
     /// All directions, longitude along x and latitude along y, in a picture of this size or of the camera's scale.
-    Equirectangular(Option<Size>),
+    Equirectangular(Option<[u32; 2]>),
 }
 
 /// Most samples that the median depth is taken from; a thousandth of a rank is as good as any.
@@ -170,7 +177,15 @@ impl Layout {
 ///
 /// The pivot lies straight ahead at `distance`. The cameras go up to `angle_deg` to either side and, because they start
 /// at `camera` itself, up to that angle upwards.
-pub fn sway(camera: &Camera, distance: f64, angle_deg: f64, steps: u32) -> Result<Vec<Camera>> {
+///
+/// # Errors
+/// A camera that lies too far out for its numbers.
+pub fn sway(
+    camera: &Camera,
+    distance: f64,
+    angle_deg: f64,
+    steps: u32,
+) -> Result<Vec<Camera>, Error> {
     let pivot = DVec3::new(0.0, 0.0, distance);
     let at = |step: u32| {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(step) / f64::from(steps)).sin_cos();
@@ -182,11 +197,11 @@ pub fn sway(camera: &Camera, distance: f64, angle_deg: f64, steps: u32) -> Resul
             matrix3: turn,
             translation: pivot - turn * pivot,
         };
-        Ok(Camera {
+        let camera = Camera {
             camera_from_world: swayed * camera.camera_from_world,
             ..*camera
-        }
-        .validated()?)
+        };
+        camera.validated().map_err(|e| Error::Option(e.to_string()))
     };
     (0..steps).map(at).collect()
 }
@@ -270,7 +285,8 @@ fn paste(whole: &mut Image, view: &Image, [left, top]: [usize; 2]) {
 }
 
 /// How two views become one red-cyan picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Anaglyph {
     /// Least-squares colours for red-cyan glasses, little ghosting
     Dubois,
@@ -313,7 +329,7 @@ const DUBOIS: [[f32; 6]; 3] = [
 const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 /// Left and right view in one picture. It has no depth: there are two.
-pub(crate) fn anaglyph(views: &[Image], kind: Anaglyph) -> Image {
+fn anaglyph(views: &[Image], kind: Anaglyph) -> Image {
     let [left, right] = views else {
         return Image::transparent(1, 1);
     };

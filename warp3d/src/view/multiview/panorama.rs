@@ -5,23 +5,19 @@
 
 use glam::DVec2;
 use resample_core::{Camera, Image, Plane};
-use warp3d::keys::weights;
-use warp3d::panorama;
 
-use crate::values::Size;
+use crate::keys::weights;
+use crate::view::panorama;
 
 /// Pixels of a face beyond its quarter on each side, for the outer samples of the cubic.
 const MARGIN_PX: f64 = 2.0;
 
 /// Width and height of a panorama, px: those that were asked for, or those of the camera's scale at its centre.
-pub(crate) fn size(camera: &Camera, asked: Option<Size>) -> [u32; 2] {
-    asked.map_or_else(
-        || {
-            let half_turn = (std::f64::consts::PI * camera.fx).round() as u32;
-            [2 * half_turn, half_turn]
-        },
-        |size| [size.width, size.height],
-    )
+pub(crate) fn size(camera: &Camera, asked: Option<[u32; 2]>) -> [u32; 2] {
+    asked.unwrap_or_else(|| {
+        let half_turn = (std::f64::consts::PI * camera.fx).round() as u32;
+        [2 * half_turn, half_turn]
+    })
 }
 
 /// The cameras of the six faces of a panorama of the sheet's size, at the sheet's pose.

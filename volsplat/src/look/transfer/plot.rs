@@ -5,8 +5,9 @@
 //! with a built-in font of 3 x 5 dots, which holds what a number needs and nothing else.
 
 use resample_core::Image;
-use volsplat::TransferFunction;
-use volsplat::transfer::Histogram;
+
+use crate::TransferFunction;
+use crate::transfer::Histogram;
 
 /// Size of the picture, px.
 const SIZE: [usize; 2] = [800, 300];
@@ -83,7 +84,7 @@ impl Axis {
 }
 
 /// Draws the function over the histogram.
-pub(crate) fn draw(function: &TransferFunction, histogram: &Histogram) -> Image {
+pub fn draw(function: &TransferFunction, histogram: &Histogram) -> Image {
     let axis = Axis::new(function, histogram);
     let mut image = Image::transparent(SIZE[0], SIZE[1]).over_background(BACKGROUND);
     draw_counts(&mut image, &axis, histogram);
@@ -216,10 +217,10 @@ fn fill(
 
 #[cfg(test)]
 mod tests {
+    use crate::Volume;
+    use crate::transfer::ColourMap;
+    use crate::volume::Voxels;
     use glam::DAffine3;
-    use volsplat::Volume;
-    use volsplat::transfer::ColourMap;
-    use volsplat::volume::Voxels;
 
     use super::*;
 

@@ -278,7 +278,7 @@ fn a_panorama_shows_every_direction_once() {
     let depth = whole.depth.as_ref().expect("depth");
     for (index, &distance) in depth.iter().enumerate() {
         let pos = DVec2::new((index % 256) as f64, (index / 256) as f64) + 0.5;
-        let expected = colour(warp3d::panorama::direction(pos, [256, 128]));
+        let expected = colour(crate::panorama::direction(pos, [256, 128]));
         let found = whole.rgba[index];
         for c in 0..3 {
             assert!(
