@@ -1,4 +1,4 @@
-//! Films: steady depth, things that move, and what other pictures show of what one hides, against ray-traced films.
+//! Films: the steadiness of depth, the lag of moving things, and the background that earlier pictures show, against ray-traced films.
 
 use rayon::prelude::*;
 use resample_core::Image;

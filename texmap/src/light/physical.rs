@@ -97,21 +97,14 @@ pub(crate) fn reflect<S: Simd>(
     let [nx, ny, nz] = load_3(simd, &inputs.normal);
     let [vx, vy, vz] = load_3(simd, &inputs.eye);
     let cosine = nx * vx + ny * vy + nz * vz;
-    let twice = cosine + cosine;
-    let mirrored = [nx * twice - vx, ny * twice - vy, nz * twice - vz];
+    let mirrored = mirrored_at([nx, ny, nz], [vx, vy, vz], cosine);
     let cosine = cosine.max(splat(LEAST_COSINE)).min(one);
     let variance = load(&inputs.variance);
     let metal = load(&inputs.metal);
     let base = load_3(simd, &inputs.base);
     let with_metal = load_3(simd, &inputs.base_with_metal);
     let (per_metal, metals) = colours_of_metal(simd, metal, &base, &with_metal);
-    let varied = FootprintMoments {
-        metal,
-        roughness: load(&inputs.roughness),
-        variance: load(&inputs.roughness_variance),
-        with_metal: load(&inputs.roughness_with_metal),
-    };
-    let (lobes, count_of_lobes) = varied.lobes(simd);
+    let (lobes, count_of_lobes) = moments(simd, inputs, metal).lobes(simd);
     let open = load(&inputs.open);
     let mut shaded = Shaded::new(simd, around, &mut inputs.pixels, count);
     let mut mirror = [zero; 3];
@@ -169,6 +162,29 @@ pub(crate) fn reflect<S: Simd>(
         mirror[k] = (mirror[k] + further[k] * even[k]) * open;
     }
     store_colours(&mirror, &mut out[..count]);
+}
+
+/// The moments of metal and roughness in each footprint.
+#[inline(always)]
+fn moments<S: Simd>(simd: S, inputs: &Inputs, metal: f32x16<S>) -> FootprintMoments<S> {
+    let load = |lanes: &Lanes| f32x16::from_slice(simd, lanes);
+    FootprintMoments {
+        metal,
+        roughness: load(&inputs.roughness),
+        variance: load(&inputs.roughness_variance),
+        with_metal: load(&inputs.roughness_with_metal),
+    }
+}
+
+/// Direction to the eye, mirrored at the normal; `cosine` is that of the angle between them.
+#[inline(always)]
+fn mirrored_at<S: Simd>(
+    [nx, ny, nz]: [f32x16<S>; 3],
+    [vx, vy, vz]: [f32x16<S>; 3],
+    cosine: f32x16<S>,
+) -> [f32x16<S>; 3] {
+    let twice = cosine + cosine;
+    [nx * twice - vx, ny * twice - vy, nz * twice - vz]
 }
 
 /// Stores the colours of as many places as `out` has, with an alpha of 0.

@@ -220,6 +220,14 @@ fn lit_corners(
     })
 }
 
+/// The sign of the normals of the side that is seen.
+fn side_seen(facing: Facing) -> f64 {
+    match facing {
+        Facing::Front => 1.0,
+        Facing::Back => -1.0,
+    }
+}
+
 impl Surface {
     /// The triangle as the tile sees it; `seen_px` is a position of the tile, from its corner, where it is seen.
     pub(crate) fn new(tile: &TileView, triangle: &ScreenTriangle, seen_px: [f32; 2]) -> Self {
@@ -254,11 +262,7 @@ impl Surface {
             let pyramid = pyramid.filter(|_| !list.is_empty())?;
             Some(uv(&|i| list[i], pyramid))
         };
-        let flip = if triangle.seen.facing == Facing::Front {
-            1.0
-        } else {
-            -1.0
-        };
+        let flip = side_seen(triangle.seen.facing);
         let normal = if mesh.normals.is_empty() {
             flat_normal(triangle, mesh)
         } else {

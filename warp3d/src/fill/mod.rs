@@ -85,7 +85,7 @@ pub(crate) fn blend(layers: Vec<Layer>, references: &[Camera], target: &Camera) 
     Some(out)
 }
 
-/// Lays what the views of `layer` hide under it: each pixel shows as much of it as they leave open.
+/// Composites `layer` over `hidden`, the background that its views hide.
 pub(crate) fn lay_under(layer: &mut Layer, hidden: &Layer) {
     if layer.purity.is_empty() {
         layer.purity = vec![1.0; layer.rgba.len()];

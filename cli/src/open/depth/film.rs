@@ -35,8 +35,8 @@ const SHARE: f64 = 0.005;
 /// The lens of a film that says nothing of it, degrees from top to bottom: 38 mm before a picture of 36 mm by 24 mm, between the usual ones of cinema.
 const FOV: &str = "fov:35";
 
-/// Jump of inverse depth between surfaces where nothing is typed. Below it lies what a network's depth and a film's coding leave on one surface: on films with
-/// truth 0.02 to 0.05 are as good as the tolerance of exact depth or up to 0.7 dB better, and take half the time.
+/// Default surface tolerance of relative depth in a film. The noise of a network and of a film's coding makes smaller jumps within one surface. On films with truth,
+/// 0.02 to 0.05 have the error of the automatic tolerance, or up to 0.7 dB less, in half of its time.
 const TOLERANCE: f32 = 0.03;
 
 /// A film and its depth.
@@ -176,7 +176,7 @@ impl FilmInput {
         }
     }
 
-    /// Sets what a person does not type for a film: depth as networks give it, a lens, holes filled.
+    /// Sets the defaults of a film, where nothing else was typed: relative depth, a lens, the surface tolerance, and the filling of holes.
     pub(crate) fn set_defaults(&self, args: &mut Warp3dArgs) -> Result<()> {
         if self.has_ranges() && args.meaning.depth_kind.is_none() {
             args.meaning.depth_kind = Some(DepthKind::Relative);

@@ -62,7 +62,7 @@ impl Running {
         })
     }
 
-    /// Waits for its end; an error says what it complained of.
+    /// Waits until the program has ended; the error holds its messages.
     pub(super) fn end(&mut self) -> Result<(), String> {
         drop(self.child.stdin.take());
         let status = self.child.wait().map_err(|error| error.to_string())?;

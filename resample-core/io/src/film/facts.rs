@@ -97,7 +97,7 @@ impl Facts {
     /// Asks `ffprobe` about the film at `path`.
     ///
     /// # Errors
-    /// It is missing, the file is no film, it holds no pictures, or its claims are beyond what is read.
+    /// `ffprobe` is missing or fails, the file holds no pictures, or they are larger than those that are read.
     pub fn of(path: &Path) -> Result<Self, Error> {
         check_tool("ffprobe", path, "give its pictures as numbered files")?;
         let entries = "stream=width,height,pix_fmt,r_frame_rate,avg_frame_rate,color_range,color_space,\

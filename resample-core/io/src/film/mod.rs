@@ -1,7 +1,6 @@
 //! Films, by way of the programs `ffprobe` and `ffmpeg`.
 //!
-//! [`Facts`] says what a film holds, [`Reader`] gives its pictures one after another, [`Writer`] takes pictures and makes
-//! a film of them. The two programs stay outside: they are started with pipes, their error output is shown when they fail, and
+//! [`Facts`] are the size, rate, colours and sound of a film; [`Reader`] reads its pictures in order; [`Writer`] writes pictures into a new film. The two programs stay outside: they are started with pipes, their error output is shown when they fail, and
 //! they are stopped when what holds them is dropped.
 //! Source: the manuals of ffmpeg and ffprobe.
 //! Limits: the first video stream of a file; a film of a varying frame rate is read at its nominal rate.

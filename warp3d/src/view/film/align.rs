@@ -21,7 +21,7 @@ pub enum Freedom {
 pub(crate) struct Line {
     pub(crate) scale: f32,
     pub(crate) offset: f32,
-    /// Standard deviation of what is left, of the pairs that agree.
+    /// Standard deviation of the residuals of the pairs that agree.
     pub(crate) left: f32,
 }
 

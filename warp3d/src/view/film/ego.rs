@@ -2,7 +2,7 @@
 //!
 //! Takes motion and inverse depth at places on the screen, gives the function that most of them follow. To first order in time the camera's turn moves a place by
 //! a quadratic function of it, and its way by inverse depth times a linear one (Longuet-Higgins and Prazdny 1980, equations 2.6 to 2.8).
-//! It averages thousands of places, so that what is hidden for long does not drift as it would along the motion of its neighbours.
+//! The fit averages thousands of places, so its error is small: a sample that is hidden for many pictures drifts less than along its neighbours' motion.
 
 use glam::Vec2;
 
@@ -85,7 +85,7 @@ impl Ego {
         [1.0, x, y, x * x, x * y, y * y, q, q * x, q * y]
     }
 
-    /// Weighted least squares; terms that the places do not tell apart share what they explain.
+    /// Weighted least squares; a small ridge keeps the system solvable where terms depend on each other.
     fn fitted(
         &self,
         places: &[Moved],

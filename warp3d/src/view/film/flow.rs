@@ -1,8 +1,8 @@
 //! Motion between two pictures: for each pixel of the present one, its way to the same thing in the one before.
 //!
 //! Takes grey pictures, gives displacements at their size. Patches are aligned by inverse search from a coarse level to the finest, and
-//! pixels mix the patches that cover them, weighted by how well each fits. A patch that fits as well at rest rests exactly, so that what is kept
-//! from picture to picture does not diffuse.
+//! pixels mix the patches that cover them, weighted by how well each fits. The motion of a patch that fits as well at rest is
+//! exactly zero, so that means over time do not blur.
 //! Source: T. Kroeger, R. Timofte, D. Dai, L. Van Gool, "Fast Optical Flow using Dense Inverse Search", ECCV 2016, sections 2.1 to 2.3, without its
 //! last, variational step.
 //! Limits: a thing that moves farther than its own size between two pictures is missed; brightness may change evenly.
@@ -74,21 +74,25 @@ impl Grey {
 
     /// The value between four pixels, those of the border beyond it.
     fn at(&self, x: f32, y: f32) -> f32 {
-        let x = x.clamp(0.0, (self.width - 1) as f32);
-        let y = y.clamp(0.0, (self.height - 1) as f32);
-        let (left, top) = (cell(x), cell(y));
-        let (right, below) = (
-            (left + 1).min(self.width - 1),
-            (top + 1).min(self.height - 1),
-        );
-        let (u, v) = (x - left as f32, y - top as f32);
-        let row = |y: usize| {
-            let line = &self.values[y * self.width..];
-            line[left] + u * (line[right] - line[left])
-        };
-        let above = row(top);
-        above + v * (row(below) - above)
+        between(&self.values, self.width, Vec2::new(x, y))
     }
+}
+
+/// The value between four numbers of a plane that is `width` wide, those of the border beyond it.
+#[inline(always)]
+pub(super) fn between(values: &[f32], width: usize, pos: Vec2) -> f32 {
+    let height = values.len() / width;
+    let x = pos.x.clamp(0.0, (width - 1) as f32);
+    let y = pos.y.clamp(0.0, (height - 1) as f32);
+    let (left, top) = (cell(x), cell(y));
+    let (right, below) = ((left + 1).min(width - 1), (top + 1).min(height - 1));
+    let (u, v) = (x - left as f32, y - top as f32);
+    let row = |y: usize| {
+        let line = &values[y * width..];
+        line[left] + u * (line[right] - line[left])
+    };
+    let above = row(top);
+    above + v * (row(below) - above)
 }
 
 /// Displacements from a picture to the one before, px of the picture in which they were found.

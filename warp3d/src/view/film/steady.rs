@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use resample_core::narrow::cell;
 
 use super::align::{Freedom, Line};
-use super::flow::Flow;
+use super::flow::{Flow, between};
 
 /// Pixels of which scale and offset are found.
 const PAIRS: usize = 20_000;
@@ -142,7 +142,7 @@ impl Steady {
                 }
                 let (mean, count) = self.kept_at(pos, width, height);
                 *carried = Carried { mean, count, way };
-                *apart = (now.grey[y * width + x] - between(&self.grey, pos, width, height)).abs();
+                *apart = (now.grey[y * width + x] - between(&self.grey, width, pos)).abs();
             }
         });
         // The mean of three by three, so that grain does not tell things apart.
@@ -183,7 +183,7 @@ impl Steady {
             .map(|[x, y]| self.means[y * width + x]);
         let reach = OTHER * self.deviation + LEAST_OTHER * mean.abs();
         if corners.iter().all(|corner| (corner - mean).abs() <= reach) {
-            return (between(&self.means, Vec2::new(x, y), width, height), count);
+            return (between(&self.means, width, Vec2::new(x, y)), count);
         }
         (mean, count)
     }
@@ -237,23 +237,6 @@ fn kept(most: f32, way: Vec2, departure: f32) -> f32 {
     // A mean of so many pixels departs by a ninth of a deviation by chance; a half is none.
     let steady = (1.5 - 2.0 * departure.abs()).clamp(0.0, 1.0);
     (FEW + (SOME - FEW) * steady).min(most)
-}
-
-/// The value between four pixels.
-fn between(values: &[f32], pos: Vec2, width: usize, height: usize) -> f32 {
-    let (x, y) = (
-        pos.x.clamp(0.0, (width - 1) as f32),
-        pos.y.clamp(0.0, (height - 1) as f32),
-    );
-    let (left, top) = (cell(x), cell(y));
-    let (right, below) = ((left + 1).min(width - 1), (top + 1).min(height - 1));
-    let (u, v) = (x - left as f32, y - top as f32);
-    let row = |y: usize| {
-        let line = &values[y * width..];
-        line[left] + u * (line[right] - line[left])
-    };
-    let above = row(top);
-    above + v * (row(below) - above)
 }
 
 /// The mean of the box of `reach` pixels to each side, as far as it lies in the picture; infinite numbers stay.
