@@ -9,6 +9,7 @@ use clap::Args;
 use resample_core::camera::PixelCentre;
 use warp3d::WarpArgs;
 use warp3d::input::DepthKind;
+use warp3d::multiview::{Anaglyph, Places};
 
 use crate::args::{AskArgs, Given, PartArgs, PictureArgs};
 use crate::cameras::viewpoint;
@@ -16,7 +17,6 @@ use crate::cameras::viewpoint::Viewpoint;
 use crate::values;
 use crate::values::input_file::{HeldPictures, Source};
 use crate::values::{Grid, IntrinsicsWord, Size, Sway};
-use warp3d::multiview::{Anaglyph, Places};
 
 /// Options of `resample warp3d`.
 #[derive(Args, Clone, Debug, Default)]

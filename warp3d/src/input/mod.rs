@@ -26,7 +26,8 @@ pub(crate) use crate::input::meaning::nothing_known;
 pub use crate::input::meaning::{DepthKind, DepthMeaning};
 use crate::input::meaning::{along_the_axis, assembled};
 pub use crate::input::panoramas::{face_sizes, panorama};
-use crate::input::range::{RangeOf, SHARE};
+use crate::input::range::RangeOf;
+pub use crate::input::range::SHARE as RANGE_SHARE;
 use crate::input::regrid::{Lens, Model};
 use crate::{Error, Reference};
 
@@ -161,8 +162,8 @@ fn check_camera(size: [usize; 2], camera: &Camera) -> Result<(), Error> {
 // that are evenly spread over all of them: whichever part of the sequence a process draws, it finds the same.
 
 /// Frames of a sequence that are looked through, evenly spread: a thing that is missed shows in fewer than one frame of
-/// these, so that its numbers are less than [`SHARE`] of all, even if it fills those frames.
-const FRAMES: usize = (1.0 / SHARE) as usize;
+/// these, so that its numbers are less than [`RANGE_SHARE`] of all, even if it fills those frames.
+const FRAMES: usize = (1.0 / RANGE_SHARE) as usize;
 
 /// The range of the numbers of a sequence's depth files, the same whichever of its pictures are drawn; `None` where the
 /// meaning needs none. A file may take `room` to be decoded; `watch` takes the share that is done.

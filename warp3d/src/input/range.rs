@@ -10,7 +10,7 @@ use resample_io::{Plane, Receiver};
 
 /// Share of the numbers that lie beyond the range at each end. A guess: of sensible sizes the smallest that leaves out
 /// the flying pixels of a map of 200x100, some tens; 2 %, which pictures of such maps often take, flattens small heads.
-pub(crate) const SHARE: f64 = 0.005;
+pub const SHARE: f64 = 0.005;
 
 /// Most numbers of a frame that count. The rank of a quantile then is off by 3 % of `SHARE` (one deviation of a binomial).
 const FRAME_NUMBERS: usize = 1 << 18;

@@ -6,6 +6,8 @@ use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use resample_core::Camera;
 use resample_io::Gate;
+use warp3d::multiview;
+use warp3d::multiview::{Layout, Places};
 
 use crate::args::{LayoutWord, Warp3dArgs};
 use crate::cameras::camera_file::CameraDefaults;
@@ -17,8 +19,6 @@ use crate::open::depth::scene;
 use crate::open::depth::scene::WarpScene;
 use crate::output;
 use crate::values::{Size, Sway};
-use warp3d::multiview;
-use warp3d::multiview::{Layout, Places};
 
 /// One camera for each frame of a sequence, the first frame's as [`targets`] has it.
 pub(crate) fn of_frames(

@@ -5,6 +5,7 @@ use resample_core::{Camera, Image};
 use serde_json::json;
 use warp3d::film::{Film, FilmOptions, Freedom, Hidden};
 use warp3d::input::DepthKind;
+use warp3d::multiview::Layout;
 use warp3d::{Fill, FrameStats, Reference, Warper};
 
 use crate::args::Warp3dArgs;
@@ -14,7 +15,6 @@ use crate::open::depth::scene;
 use crate::open::depth::scene::WarpScene;
 use crate::picture::Drawn;
 use crate::process::report::{Account, Cost, Notes};
-use warp3d::multiview::Layout;
 
 /// Draws the views of a sheet.
 pub(crate) struct Drawer {
@@ -149,14 +149,13 @@ impl Source {
 
 /// The things that are kept from picture to picture; `None` where every picture stands for itself.
 fn film_options(args: &Warp3dArgs) -> Option<FilmOptions> {
-    /// Pictures of a mean where nothing is typed: a second of film.
-    const STEADY: u32 = 32;
     let kind = args.meaning.kind();
     let has_no_unit = kind == DepthKind::Relative;
-    let steady = args
-        .sequence
-        .steady
-        .unwrap_or(if has_no_unit { STEADY } else { 0 });
+    let steady = args.sequence.steady.unwrap_or(if has_no_unit {
+        FilmOptions::default().steady
+    } else {
+        0
+    });
     let hidden = match args.render.options.fill {
         Fill::Film => Hidden::Kept,
         Fill::None | Fill::Background | Fill::Natural => Hidden::LeftOut,

@@ -15,7 +15,7 @@ use tempfile::NamedTempFile;
 use warp3d::Fill;
 use warp3d::args::MethodName;
 use warp3d::film::{Shot, Survey};
-use warp3d::input::{DepthKind, Part, Picture, Plane, colour, depth};
+use warp3d::input::{DepthKind, Part, Picture, Plane, RANGE_SHARE, colour, depth};
 
 use crate::args::Warp3dArgs;
 use crate::cameras::viewpoint;
@@ -28,9 +28,6 @@ use crate::values::input_file::{HeldPicture, HeldPictures, Source};
 
 /// Width of the pictures that are looked through, px: enough for the colours of a shot and the ranks of its depths.
 const SURVEY_WIDTH: u32 = 160;
-
-/// Share of the numbers of a shot that lie beyond its range at each end, that of sequences of files.
-const SHARE: f64 = 0.005;
 
 /// The lens of a film that says nothing of it, degrees from top to bottom: 38 mm before a picture of 36 mm by 24 mm, between the usual ones of cinema.
 const FOV: &str = "fov:35";
@@ -300,7 +297,7 @@ impl FilmInput {
                 self.pictures
             ));
         }
-        self.shots = survey.shots(cuts, SHARE);
+        self.shots = survey.shots(cuts, RANGE_SHARE);
         if self.shots.len() > 1 {
             report::say(&format!(
                 "note: {} shots in {} pictures",

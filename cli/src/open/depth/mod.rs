@@ -17,6 +17,7 @@ use resample_io::{Gate, Outside};
 use serde_json::{Value, json};
 use warp3d::input::DepthKind;
 use warp3d::memory::ReferenceSize;
+use warp3d::multiview::Layout;
 use warp3d::{Fill, WarpOptions, Warper};
 
 use crate::args::{CameraArgs, Drawing, SequenceArgs, Warp3dArgs};
@@ -31,7 +32,6 @@ use crate::picture::bands::Window;
 use crate::plan::{Change, Pictures, Plan, Purpose, Request, Run, RunLog};
 use crate::process::report;
 use crate::process::report::{Notes, RunStats, Verbosity};
-use warp3d::multiview::Layout;
 
 mod cameras;
 mod drawer;

@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 use warp3d::input::cameras::{Distortion, Lens, Pair};
 use warp3d::input::{DepthMeaning, Part, Taken, cameras, colour, depth};
 use warp3d::memory::ReferenceSize;
+use warp3d::multiview;
 use warp3d::{Reference, WarpOptions, Warper, input};
 
 use crate::args::{DepthArgs, Warp3dArgs};
@@ -23,7 +24,6 @@ use crate::process::report::Notes;
 use crate::values::IntrinsicsWord;
 use crate::values::input_file::HeldPicture;
 use crate::{output, plan};
-use warp3d::multiview;
 
 /// The references of a warp and their first camera.
 pub(crate) struct WarpScene {
