@@ -7,6 +7,7 @@
 use crate::Error;
 use crate::options::{Fill, Method, WarpOptions};
 use crate::surfaces::surface::Cell;
+use crate::view::layer::Mix;
 
 const F32: u64 = size_of::<f32>() as u64;
 const RGB: u64 = size_of::<[f32; 3]>() as u64;
@@ -29,8 +30,8 @@ const PREPARING: u64 = size_of::<Cell>() as u64 + 2 + 2;
 const SEGMENTS: u64 = 1;
 const ON_SCREEN: u64 = 1;
 
-/// Bytes a pixel of one more layer: colour, depth, resolution and purity.
-const LAYER: u64 = RGBA + 3 * F32;
+/// Bytes a pixel of one more layer: colour, depth, resolution and mix.
+const LAYER: u64 = RGBA + 2 * F32 + size_of::<Mix>() as u64;
 
 /// Bytes a pixel of the new picture: a layer, the two planes and the depths that the picture takes beside it, and its
 /// bytes as they are written.

@@ -4,9 +4,10 @@ use rayon::prelude::*;
 use resample_core::clock::StageClock;
 use resample_core::{Camera, Image, Plane, Reuse};
 
+use crate::fill::blend::blend;
 use crate::fill::extrapolate::View;
 use crate::fill::holes::fill;
-use crate::fill::{blend, lay_under};
+use crate::fill::lay_under;
 use crate::hybrid::{How, Hybrid};
 use crate::options::{ExtraPlanes, Fill, Method, WarpOptions};
 use crate::paper::nearest::Nearest;

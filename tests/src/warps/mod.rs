@@ -4,6 +4,7 @@ pub mod truth;
 pub mod scenes;
 pub mod films;
 pub mod filtered;
+pub mod several;
 pub mod soft;
 pub mod thicket;
 pub mod pairs;

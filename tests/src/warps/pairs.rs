@@ -15,6 +15,7 @@ use warp3d::input::cameras::{self, Hints, Lens};
 use warp3d::input::{self, DepthKind, DepthMeaning, Part, colour, depth};
 
 use crate::data::data_file;
+use crate::warps::several::SeveralViews;
 use crate::warps::truth::{Truth, WarpScene};
 
 /// The names of the pairs.
@@ -40,7 +41,7 @@ pub fn pair(test: &str, name: &str) -> Option<WarpScene> {
         return calibrated(test, name);
     }
     let [from, to] = match name {
-        "livingroom" => livingroom(test)?,
+        "livingroom" => livingroom(test, ["0", "20"])?,
         "Beachball" => beachball(test)?,
         "Art" => middlebury(
             test,
@@ -55,10 +56,7 @@ pub fn pair(test: &str, name: &str) -> Option<WarpScene> {
     let seen = (0..to.depth.len())
         .map(|i| f32::from(u8::from(sees(&from, &to, i))))
         .collect();
-    let mut image = Image::transparent(to.camera.width as usize, to.camera.height as usize);
-    for (pixel, [r, g, b]) in image.rgba.iter_mut().zip(&to.colour) {
-        *pixel = [*r, *g, *b, 1.0];
-    }
+    let image = opaque(&to.colour, [to.camera.width, to.camera.height]);
     let depth = to
         .depth
         .iter()
@@ -71,6 +69,91 @@ pub fn pair(test: &str, name: &str) -> Option<WarpScene> {
         target: to.camera,
         truth,
     })
+}
+
+/// Art's middle view from its outer two. What the outer ones see of it is found by warping their depth, sample by sample.
+pub fn art_between(test: &str) -> Option<SeveralViews> {
+    let name = "Art";
+    let references = middlebury(
+        test,
+        name,
+        ["view1", "view5"],
+        ["disp1", "disp5"],
+        1.0 / 3.0,
+    )?;
+    let taken = data_file(test, "rgbd/middlebury-2003/Art/view3.png")?;
+    let taken = colour::read(&Part::from_text(&taken.to_string_lossy()))
+        .unwrap_or_else(|error| panic!("{error}"));
+    let size = [taken.width as u32, taken.height as u32];
+    let target = straight(size, 1000.0, DVec3::X * 0.05);
+    let nearest = references.each_ref().map(|from| forward(from, &target));
+    let depth: Vec<f32> = (0..nearest[0].len())
+        .map(|i| nearest[0][i].min(nearest[1][i]))
+        .collect();
+    let agrees = |of: &[f32], i: usize| (of[i] - depth[i]).abs() <= AGREEMENT * depth[i];
+    let seen = nearest.each_ref().map(|of| {
+        (0..depth.len())
+            .map(|i| f32::from(u8::from(agrees(of, i))))
+            .collect()
+    });
+    Some(SeveralViews {
+        name: name.into(),
+        references: references.into(),
+        target,
+        image: opaque(&taken.rgb, size),
+        depth,
+        seen: seen.into(),
+    })
+}
+
+/// Frame 5 of the living room from frames 0 and 20.
+pub fn livingroom_between(test: &str) -> Option<SeveralViews> {
+    let [first, to, last] = livingroom(test, ["0", "5", "20"])?;
+    let size = [to.camera.width, to.camera.height];
+    let seen = [&first, &last].map(|from| {
+        (0..to.depth.len())
+            .map(|i| f32::from(u8::from(sees(from, &to, i))))
+            .collect()
+    });
+    Some(SeveralViews {
+        name: "livingroom".into(),
+        target: to.camera,
+        image: opaque(&to.colour, size),
+        depth: to
+            .depth
+            .iter()
+            .map(|&z| if z.is_nan() { f32::INFINITY } else { z })
+            .collect(),
+        seen: seen.into(),
+        references: vec![first, last],
+    })
+}
+
+fn opaque(colours: &[[f32; 3]], size: [u32; 2]) -> Image {
+    let mut image = Image::transparent(size[0] as usize, size[1] as usize);
+    for (pixel, [r, g, b]) in image.rgba.iter_mut().zip(colours) {
+        *pixel = [*r, *g, *b, 1.0];
+    }
+    image
+}
+
+/// Camera z of the nearest sample of `from` in each pixel of `target`, world units; infinite where there is none.
+fn forward(from: &Reference, target: &Camera) -> Vec<f32> {
+    let (width, height) = (target.width as usize, target.height as usize);
+    let mut nearest = vec![f32::INFINITY; width * height];
+    for (i, &z) in from.depth.iter().enumerate().filter(|(_, z)| !z.is_nan()) {
+        let columns = from.camera.width as usize;
+        let pixel = DVec2::new((i % columns) as f64 + 0.5, (i / columns) as f64 + 0.5);
+        let in_world = (from.camera.camera_from_world.inverse())
+            .transform_point3(f64::from(z) * from.camera.ray_in_camera(pixel).1);
+        let in_target = target.camera_from_world.transform_point3(in_world);
+        let at = target.screen_from_camera(in_target);
+        if at.cmpge(DVec2::ZERO).all() && at.x < width as f64 && at.y < height as f64 {
+            let slot = &mut nearest[at.y as usize * width + at.x as usize];
+            *slot = slot.min(in_target.z as f32);
+        }
+    }
+    nearest
 }
 
 fn sees(from: &Reference, to: &Reference, index: usize) -> bool {
@@ -115,26 +198,15 @@ fn calibrated(test: &str, name: &str) -> Option<WarpScene> {
     let picture =
         |name: &str| colour::read(&Part::from_text(&file(name))).unwrap_or_else(|e| panic!("{e}"));
     let (taken, mask) = (picture("im1.png"), picture("mask0nocc.png"));
-    let width = right.width as usize;
-    let mut depth = vec![f32::INFINITY; width * right.height as usize];
-    let seen_by_both = |i: &usize| mask.rgb[*i][0] > 0.9 && !reference.depth[*i].is_nan();
-    for i in (0..reference.depth.len()).filter(seen_by_both) {
-        let pixel = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-        let z = reference.depth[i];
-        let in_world = left
-            .camera_from_world
-            .inverse()
-            .transform_point3(f64::from(z) * left.ray_in_camera(pixel).1);
-        let at = right.screen_from_camera(right.camera_from_world.transform_point3(in_world));
-        if at.cmpge(DVec2::ZERO).all() && at.x < width as f64 && at.y < f64::from(right.height) {
-            let slot = &mut depth[at.y as usize * width + at.x as usize];
-            *slot = slot.min(z);
-        }
-    }
-    let mut image = Image::transparent(width, right.height as usize);
-    for (pixel, [r, g, b]) in image.rgba.iter_mut().zip(&taken.rgb) {
-        *pixel = [*r, *g, *b, 1.0];
-    }
+    let both: Vec<f32> = (reference.depth.iter().zip(&mask.rgb))
+        .map(|(&z, mask)| if mask[0] > 0.9 { z } else { f32::NAN })
+        .collect();
+    let seen_by_both = Reference {
+        depth: both,
+        ..reference.clone()
+    };
+    let depth = forward(&seen_by_both, &right);
+    let image = opaque(&taken.rgb, [right.width, right.height]);
     let truth = Truth {
         seen: depth
             .iter()
@@ -179,7 +251,7 @@ fn middlebury(
     Some([view(0)?, view(1)?])
 }
 
-fn livingroom(test: &str) -> Option<[Reference; 2]> {
+fn livingroom<const N: usize>(test: &str, frames: [&str; N]) -> Option<[Reference; N]> {
     let log = data_file(test, "rgbd/livingroom1/test_scene/trajectory.log")?;
     let folder = log.parent().and_then(Path::parent)?;
     let lens = Lens {
@@ -216,7 +288,7 @@ fn livingroom(test: &str) -> Option<[Reference; 2]> {
             |_| camera,
         )
     };
-    Some(["0", "20"].map(view))
+    Some(frames.map(view))
 }
 
 fn beachball(test: &str) -> Option<[Reference; 2]> {

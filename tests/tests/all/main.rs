@@ -65,6 +65,7 @@ mod warp_inputs;
 mod warp_magnified;
 mod warp_real;
 mod warp_rough;
+mod warp_several;
 mod warp_soft;
 mod warp_thicket;
 mod warp_twin;

@@ -22,7 +22,7 @@ use crate::project::prepared::Prepared;
 use crate::resolve::colour::as_taken;
 use crate::stats::FrameStats;
 use crate::surfaces::patch::{Hit, Patch, PlaneMap};
-use crate::view::layer::{Layer, Purpose, before_infinity};
+use crate::view::layer::{Layer, Mix, Purpose, before_infinity};
 use crate::view::warp::Warp;
 use inside::{RUN, Run};
 use parts::{Part, Parts};
@@ -35,13 +35,16 @@ const UNMOVED_PX: f64 = 0.25;
 /// A surface with this share of a pixel's weight has it all, and its centre of gravity is the pixel's, up to rounding.
 const NEARLY_ALL: f32 = 0.999_99;
 
+/// A surface with more than this share of a pixel counts as its front: less is rounding at a rim. A guess.
+const IN_FRONT: f32 = 0.05;
+
 /// The result of a pixel.
 #[derive(Clone, Copy, Debug)]
 struct Resolved {
     rgba: [f32; 4],
     depth: f32,
     resolution: f32,
-    purity: f32,
+    mix: Mix,
 }
 
 /// Draws `prepared` from `target` into the buffers `to`: `hybrid` finds what the pixels see, then they are resolved.
@@ -70,21 +73,21 @@ impl Resolver<'_> {
             .rgba
             .par_chunks_mut(width)
             .zip(layer.depth.par_chunks_mut(width));
-        let purities: Vec<&mut [f32]> = match self.purpose {
+        let mixes: Vec<&mut [Mix]> = match self.purpose {
             Purpose::Picture => (0..self.size[1]).map(|_| Default::default()).collect(),
             Purpose::Part => {
-                layer.purity.resize(width * self.size[1], 1.0);
-                layer.purity.chunks_mut(width).collect()
+                layer.mixes.resize(width * self.size[1], Mix::ONE);
+                layer.mixes.chunks_mut(width).collect()
             }
         };
-        let shares = layer.resolution.par_chunks_mut(width).zip(purities);
+        let shares = layer.resolution.par_chunks_mut(width).zip(mixes);
         let rows = colours.zip(shares).enumerate();
-        let seen = rows.map(|(y, ((rgba, depth), (resolution, purity)))| {
+        let seen = rows.map(|(y, ((rgba, depth), (resolution, mixes)))| {
             let to = Row {
                 rgba,
                 depth,
                 resolution,
-                purity,
+                mixes,
             };
             dispatch!(self.level, simd => row(simd, self, y, to))
         });
@@ -118,7 +121,7 @@ impl Resolver<'_> {
             rgba: [0.0; 4],
             depth: f32::INFINITY,
             resolution: 0.0,
-            purity: 1.0,
+            mix: Mix::ONE,
         };
         let mut largest = 0.0;
         for (part, (plane, at_centre)) in parts.list.iter().zip(&parts.traced) {
@@ -133,6 +136,9 @@ impl Resolver<'_> {
             for (s, v) in sum.rgba.iter_mut().zip([rgb[0], rgb[1], rgb[2], 1.0]) {
                 *s += part.weight / inside * v;
             }
+            if part.weight > IN_FRONT * inside {
+                sum.mix.front = sum.mix.front.min(depth);
+            }
             if part.weight > largest {
                 largest = part.weight;
                 (sum.depth, sum.resolution) = (depth, resolution);
@@ -145,7 +151,7 @@ impl Resolver<'_> {
                 *s += share * (alpha * v - *s);
             }
         }
-        sum.purity = largest / inside / sum.rgba[3].max(f32::MIN_POSITIVE);
+        sum.mix.purity = largest / inside / sum.rgba[3].max(f32::MIN_POSITIVE);
         sum.rgba[3] = sum.rgba[3].min(1.0);
         (largest > 0.0).then_some(sum)
     }
@@ -215,8 +221,8 @@ fn row<S: Simd>(simd: S, resolver: &Resolver<'_>, y: usize, mut row: Row<'_>) ->
             row.rgba[x] = resolved.rgba;
             row.depth[x] = resolved.depth;
             row.resolution[x] = resolved.resolution;
-            if row.asks_for_purity() {
-                row.purity[x] = resolved.purity;
+            if row.asks_for_mixes() {
+                row.mixes[x] = resolved.mix;
             }
         }
     }

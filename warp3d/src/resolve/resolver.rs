@@ -9,7 +9,7 @@ use crate::hybrid::{How, Hybrid};
 use crate::project::prepared::Prepared;
 use crate::resolve::colour::Lookup;
 use crate::surfaces::patch::Patch;
-use crate::view::layer::{Layer, Purpose};
+use crate::view::layer::{Layer, Mix, Purpose};
 use crate::view::warp::Warp;
 
 /// A row of the picture.
@@ -18,7 +18,7 @@ pub(super) struct Row<'a> {
     pub(super) depth: &'a mut [f32],
     pub(super) resolution: &'a mut [f32],
     /// Empty where nobody asks for it.
-    pub(super) purity: &'a mut [f32],
+    pub(super) mixes: &'a mut [Mix],
 }
 
 impl Row<'_> {
@@ -27,13 +27,13 @@ impl Row<'_> {
         self.rgba.fill([0.0; 4]);
         self.depth.fill(f32::INFINITY);
         self.resolution.fill(0.0);
-        self.purity.fill(1.0);
+        self.mixes.fill(Mix::ONE);
     }
 
-    /// Returns true if purity is asked for.
+    /// Returns true if mixes are asked for.
     #[inline(always)]
-    pub(super) fn asks_for_purity(&self) -> bool {
-        !self.purity.is_empty()
+    pub(super) fn asks_for_mixes(&self) -> bool {
+        !self.mixes.is_empty()
     }
 
     /// Weights resolution by coverage.
@@ -290,8 +290,8 @@ impl Home {
                 *found += self.share * (known - *found);
             }
             layer.resolution[to] += self.share * (1.0 - layer.resolution[to]);
-            if let Some(purity) = layer.purity.get_mut(to) {
-                *purity += self.share * (1.0 - *purity);
+            if let Some(mix) = layer.mixes.get_mut(to) {
+                mix.purity += self.share * (1.0 - mix.purity);
             }
             if layer.depth[to].is_infinite() {
                 layer.depth[to] = z;

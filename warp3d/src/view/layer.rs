@@ -10,18 +10,34 @@ pub(crate) struct Layer {
     /// Reference pixels per target pixel along the worse direction, inverted and at most 1: how well the reference
     /// resolves what is seen; 0 where nothing is seen.
     pub(crate) resolution: Vec<f32>,
-    /// Share of the pixel's coverage that its main surface has: below 1 where surfaces blend. Empty if it is 1 everywhere,
-    /// or if nobody asks for it.
-    pub(crate) purity: Vec<f32>,
+    /// How surfaces blend in each pixel. Empty if one surface fills every pixel, or if nobody asks for it.
+    pub(crate) mixes: Vec<Mix>,
     /// Number of pixels in which something is seen, if they were counted when they were drawn; then `resolution` already is
     /// weighted by coverage.
     pub(crate) seen: Option<u64>,
 }
 
+/// The surfaces of a pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Mix {
+    /// Share of the pixel's coverage that its main surface has: below 1 where surfaces blend.
+    pub(crate) purity: f32,
+    /// Camera z of the nearest surface, world units; +infinity where that is the main one.
+    pub(crate) front: f32,
+}
+
+impl Mix {
+    /// One surface alone.
+    pub(crate) const ONE: Self = Self {
+        purity: 1.0,
+        front: f32::INFINITY,
+    };
+}
+
 /// The purpose of a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// It is the picture: purity is left out, and resolution is weighted by coverage as it is drawn, while both are in
+    /// It is the picture: mixes are left out, and resolution is weighted by coverage as it is drawn, while both are in
     /// the cache.
     Picture,
     /// It is blended with others, or its holes are filled.
@@ -43,14 +59,20 @@ impl Layer {
             rgba: vec![[0.0; 4]; pixels],
             depth: vec![f32::INFINITY; pixels],
             resolution: vec![0.0; pixels],
-            purity: Vec::new(),
+            mixes: Vec::new(),
             seen: None,
         }
     }
 
     /// The share of a pixel's coverage that its main surface has.
     pub(crate) fn purity(&self, at: usize) -> f32 {
-        self.purity.get(at).copied().unwrap_or(1.0)
+        self.mixes.get(at).map_or(1.0, |mix| mix.purity)
+    }
+
+    /// Camera z of the nearest surface in a pixel, world units; +infinity where nothing is seen.
+    pub(crate) fn front(&self, at: usize) -> f32 {
+        let front = self.mixes.get(at).map_or(f32::INFINITY, |mix| mix.front);
+        front.min(self.depth[at])
     }
 
     /// A layer in the buffers of this one, which keep whatever they hold: its drawer clears them, part by part.
@@ -58,7 +80,7 @@ impl Layer {
         self.rgba.resize(pixels, [0.0; 4]);
         self.depth.resize(pixels, f32::INFINITY);
         self.resolution.resize(pixels, 0.0);
-        self.purity.clear();
+        self.mixes.clear();
         self.seen = None;
         self
     }
