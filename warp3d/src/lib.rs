@@ -55,5 +55,5 @@ pub use resample_core::clock::StageTime;
 pub use resample_core::{Error, Reuse};
 pub use stats::{FrameStats, StageTimes};
 pub use view::reference::{self, Reference};
-pub use view::{film, multiview, panorama, warp};
+pub use view::{exposure, film, multiview, panorama, warp};
 pub use warper::{Frame, Warper};

@@ -246,6 +246,9 @@ pub struct WarpSequenceArgs {
     /// Text file of the numbers of the pictures that begin a shot, counted from 0 [default: found in colour and depth]
     #[arg(long, value_name = "FILE")]
     pub cuts: Option<PathBuf>,
+    /// Also draw from the N pictures before and after each one of a sequence whose pictures have cameras of their own
+    #[arg(long, value_name = "N", default_value = "0", hide_default_value = true)]
+    pub neighbours: usize,
     /// Keep pictures that were already drawn with these options and draw the rest: continues after Ctrl-C
     #[arg(long)]
     pub resume: bool,

@@ -43,6 +43,7 @@ mod warp3d;
 mod warp3d_found;
 mod warp3d_refused;
 mod warp3d_relative;
+mod warp3d_several;
 
 /// Voxels along an axis of the test volume.
 const SIDE: usize = 32;

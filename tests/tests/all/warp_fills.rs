@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use resample_core::{Camera, Image};
+use resample_tests::warps::filtered::filtered_scene;
 use resample_tests::warps::measure::measure;
 use resample_tests::warps::scenes::{AnalyticScene, Body, camera};
 use warp3d::{Fill, Reference, WarpOptions, Warper};
@@ -178,13 +179,12 @@ fn natural_neighbours_continue_a_gradient() {
 fn a_second_reference_closes_holes_and_does_no_harm() {
     let scene = AnalyticScene::room();
     let at = |x: f64| camera(SIZE, 130.0, DVec3::X * x, 0.0);
-    let references = vec![scene.reference(&at(-0.4)), scene.reference(&at(0.4))];
-    let truth = scene.truth(&at(0.0), &at(-0.4));
-    let one = warp(
-        vec![scene.reference(&at(-0.4))],
-        &at(0.0),
-        &WarpOptions::default(),
-    );
+    // At edges, only pixels that are means over their Gaussian have a truth.
+    let pair = |x| filtered_scene("room", &scene, &at(x), &at(0.0));
+    let (left, right) = (pair(-0.4), pair(0.4));
+    let truth = left.truth;
+    let references = vec![left.reference.clone(), right.reference];
+    let one = warp(vec![left.reference], &at(0.0), &WarpOptions::default());
     let open = |image: &Image| image.rgba.iter().filter(|p| p[3] < 0.25).count();
     let both = warp(references, &at(0.0), &WarpOptions::default());
     assert!(
@@ -195,7 +195,7 @@ fn a_second_reference_closes_holes_and_does_no_harm() {
     );
     let (alone, together) = (measure(&one, &truth), measure(&both, &truth));
     assert!(
-        together.psnr_db > alone.psnr_db - 0.5,
+        together.psnr_db > alone.psnr_db - 0.1,
         "{together:?} against {alone:?}"
     );
 }

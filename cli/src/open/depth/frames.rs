@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use resample_io::{Gate, Outside, Room};
-use warp3d::input::{Part, colour, range_of_sequence};
+use warp3d::Fill;
+use warp3d::input::{DepthKind, Part, colour, range_of_sequence};
 
 use crate::args::Warp3dArgs;
 use crate::cameras::viewpoint;
@@ -148,6 +149,7 @@ impl Frames {
         let mut words = args.clone();
         (words.colour, words.depth) = (frame.colour, frame.depth);
         (words.cameras.from, words.cameras.to) = (frame.from, frame.to);
+        words.cameras.reference = self.neighbours(index, args.sequence.neighbours);
         let shot = self.film.as_ref().map_or(&[][..], FilmInput::shots);
         let shot = shot.iter().rev().find(|shot| shot.first <= index);
         let range = self.range.or(shot.and_then(|shot| shot.range));
@@ -156,6 +158,39 @@ impl Frames {
             words.source = film.blank()?;
         }
         Ok(words)
+    }
+
+    /// The words of the frames up to `reach` before and after frame `index` and of its shot, as further references, the nearest
+    /// ones first.
+    fn neighbours(&self, index: usize, reach: usize) -> Vec<String> {
+        let beside = (1..=reach).flat_map(|by| [index.checked_sub(by), index.checked_add(by)]);
+        let shot = |index| self.first_of_shot(index);
+        let frames = beside.flatten().filter(|&other| shot(other) == shot(index));
+        let words = frames.filter_map(|other| {
+            let frame = self.frames.get(other)?;
+            let camera = frame.from.as_ref()?.to_string();
+            Some([frame.colour.clone(), frame.depth.clone(), camera])
+        });
+        words.flatten().collect()
+    }
+
+    /// Refuses neighbours of pictures that have no place of their own, or depth without a unit.
+    pub(crate) fn check_neighbours(&self, args: &Warp3dArgs) -> Result<()> {
+        let own = |frame: &Frame| frame.from != self.frames[0].from;
+        let why = if args.sequence.neighbours == 0 {
+            return Ok(());
+        } else if self.film.is_some() {
+            "pictures of a film have no cameras: leave it out"
+        } else if !self.frames.iter().skip(1).all(own) {
+            "every picture needs a camera of its own: give --from a file of cameras"
+        } else if args.meaning.kind() == DepthKind::Relative {
+            "relative depth has another unit in every picture: leave it out"
+        } else if args.render.options.fill == Fill::Film || args.sequence.steady > Some(0) {
+            "it takes the place of --steady and --fill film: leave them out"
+        } else {
+            return Ok(());
+        };
+        bail!("--neighbours: {why}")
     }
 
     /// Looks through the depths of the whole sequence where one range has to be found for all of them.

@@ -187,8 +187,15 @@ impl Ready {
         let first = match &mut frames {
             Some(frames) => {
                 check_frames(args, purpose)?;
+                frames.check_neighbours(args)?;
                 frames.find_range(args, verbosity.progress())?;
                 frames.words(args, 0)?
+            }
+            None if args.sequence.neighbours > 0 => {
+                bail!(
+                    "--neighbours: {} is one picture: give a pattern such as %04d, or a list",
+                    args.colour
+                )
             }
             None => args.clone(),
         };

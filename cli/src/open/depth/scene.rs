@@ -8,6 +8,7 @@ use std::path::Path;
 use anyhow::{Context, Error, Result, anyhow};
 use resample_core::{Camera, Image, Reuse};
 use serde_json::{Value, json};
+use warp3d::exposure;
 use warp3d::input::cameras::{Distortion, Lens, Pair};
 use warp3d::input::{DepthMeaning, Part, Taken, cameras, colour, depth};
 use warp3d::memory::ReferenceSize;
@@ -82,6 +83,7 @@ pub(crate) fn read(args: &Warp3dArgs, notes: &mut Notes) -> Result<WarpScene> {
     for (typed, found) in typed.iter().zip(&described) {
         references.extend(held(typed, found, notes)?);
     }
+    match_exposure(args, &typed, &mut references, notes);
     let nearest = nearest(&references);
     for reference in &mut references {
         // The near plane of a reference cuts nothing: its samples are where they are.
@@ -92,6 +94,33 @@ pub(crate) fn read(args: &Warp3dArgs, notes: &mut Notes) -> Result<WarpScene> {
         from: described[0].from,
         nearest,
     })
+}
+
+/// Makes the exposure of further pictures that of the first, and says so.
+fn match_exposure(
+    args: &Warp3dArgs,
+    typed: &[Typed<'_>],
+    references: &mut [Reference],
+    notes: &mut Notes,
+) {
+    // A panorama is several references of one exposure.
+    if typed.len() < 2 || typed.len() != references.len() {
+        return;
+    }
+    let gains = exposure::match_exposure(references);
+    for (typed, [red, green, blue]) in typed.iter().zip(gains) {
+        if [red, green, blue] == [1.0; 3] {
+            continue;
+        }
+        let text = match args.sequence.neighbours {
+            0 => format!(
+                "its exposure differs from the first picture's: red, green and blue are multiplied by {red:.2}, \
+                 {green:.2} and {blue:.2}"
+            ),
+            _ => "pictures differ in exposure: each one's neighbours are made like it".to_owned(),
+        };
+        notes.say_of(typed.colour, text);
+    }
 }
 
 /// The camera of the first picture, without reading its pixels.
