@@ -165,6 +165,14 @@ pub struct ViewArgs {
     /// One red-cyan picture of the two views of --stereo
     #[arg(long, value_enum, requires = "stereo", num_args = 0..=1, default_missing_value = "dubois")]
     pub anaglyph: Option<Anaglyph>,
+    /// Most disparity of the views of --stereo before and behind the screen, per cent of the width: the eyes stand closer
+    /// together where there is more
+    #[arg(long, value_name = "PERCENT", value_parser = values::positive, requires = "stereo")]
+    pub comfort: Option<f64>,
+    /// Black bars at the outer sides of the views of --stereo, as wide as the disparity of the nearest things, so that the
+    /// frame cuts off nothing that stands before the screen
+    #[arg(long, requires = "stereo")]
+    pub floating_window: bool,
     /// A grid of COLUMNSxROWS views for light-field screens: the leftmost view at the bottom left, the rightmost at
     /// the top right, row by row upwards
     #[arg(long, value_name = "CxR", value_parser = values::grid)]

@@ -5,7 +5,6 @@
 //! The format of a picture follows from its extension.
 
 mod film;
-mod names;
 #[cfg(test)]
 mod tests;
 
@@ -29,7 +28,7 @@ use crate::process::interrupt::Listed;
 use crate::values::word;
 
 pub use crate::output::film::{DEFAULT_FPS, Film, FilmKind, FilmPlan, kind_of};
-pub use crate::output::names::FrameNames;
+pub use resample_io::names::FrameNames;
 pub(crate) use resample_io::write::exr::mark as exr_mark;
 pub use resample_io::write::png::Depth;
 pub(crate) use resample_io::write::png::mark as png_mark;

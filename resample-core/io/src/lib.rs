@@ -3,7 +3,7 @@
 //! The format of a file follows from its content, never from its name. A header's claims are held against the length of the
 //! file before anything is allocated. [`colour`] and [`depth`] give pictures and depths, into memory or, through a
 //! [`Receiver`], wherever the caller keeps them; [`whole_picture`] decodes a
-//! picture's bytes at once; [`film`] reads and makes films, by way of ffmpeg; [`write`](mod@write) gives the bytes of PNG, EXR and WebP; [`npy`], [`ply`] and [`tiff`] read headers and tables for readers of other things. [`gate`] says
+//! picture's bytes at once; [`film`] reads and makes films, by way of ffmpeg; [`write`](mod@write) gives the bytes of PNG, EXR and WebP; [`npy`], [`ply`] and [`tiff`] read headers and tables for readers of other things. [`names`] are those of numbered pictures, [`listed`] finds the files of such a name or of a list. [`gate`] says
 //! which names inside files are followed, and how much memory their data may take.
 //! Limits: one picture a file.
 //!
@@ -30,12 +30,15 @@ pub mod colour;
 pub mod depth;
 pub mod whole_picture;
 pub mod film;
+pub mod names;
+pub mod listed;
 pub mod write;
 
 pub use crate::picture::{Plane, Stored};
 pub use files::{MAX_PIXELS, Part};
 pub use formats::{exr, npy, ply, tiff};
 pub use gate::{Gate, Outside};
+pub use names::FrameNames;
 pub use picture::Picture;
 pub use receiver::{Receiver, Room};
 

@@ -122,8 +122,10 @@ pub(crate) fn convergence(args: &Warp3dArgs, scene: &WarpScene, target: &Camera)
         if !is_needed {
             return Ok(f64::INFINITY);
         }
-        let median = scene::median_depth(&scene.references, target);
-        return median.context("nothing lies before the new camera: give --convergence");
+        let seen = scene::seen_depths(&scene.references, target);
+        return seen
+            .map(|seen| seen.median)
+            .context("nothing lies before the new camera: give --convergence");
     };
     let needs_finite = args.views.quilt.is_some() || args.sequence.sway.is_some();
     if needs_finite && typed.is_infinite() {

@@ -5,7 +5,7 @@ use resample_core::{Camera, Image};
 use serde_json::json;
 use warp3d::film::{Film, FilmOptions, Freedom, Hidden};
 use warp3d::input::DepthKind;
-use warp3d::multiview::Layout;
+use warp3d::multiview::{Layout, SeenDepths, comfortable_baseline, disparity_percent};
 use warp3d::{Fill, FrameStats, Reference, Warper};
 
 use crate::args::Warp3dArgs;
@@ -22,6 +22,7 @@ pub(crate) struct Drawer {
     /// Where the references of other pictures come from, if each picture has its own.
     pub(crate) source: Option<Source>,
     pub(crate) layout: Layout,
+    pub(crate) comfort: Comfort,
     pub(crate) convergence: f64,
     pub(crate) converges: Converges,
     /// Notes that were printed.
@@ -36,6 +37,38 @@ pub(crate) enum Converges {
     AtDistance,
     /// At the median depth of the first picture of each shot.
     AtMedian,
+}
+
+/// What keeps a pair comfortable to look at.
+pub(crate) struct Comfort {
+    /// The pair that was asked for.
+    asked: Layout,
+    /// Most disparity, per cent of the width.
+    limit: Option<f64>,
+    /// True if bars are asked for.
+    has_window: bool,
+    /// The nearest and the farthest depth that there can be, if that is known.
+    planes: Option<[f64; 2]>,
+    /// Width of the bars, per cent of the width.
+    bar: f64,
+}
+
+impl Comfort {
+    pub(crate) fn new(args: &Warp3dArgs, asked: Layout) -> Self {
+        let meaning = &args.meaning;
+        let is_relative = meaning.kind() == DepthKind::Relative;
+        Self {
+            asked,
+            limit: args.views.comfort,
+            has_window: args.views.floating_window,
+            planes: meaning
+                .near
+                .zip(meaning.far)
+                .map(<[f64; 2]>::from)
+                .filter(|_| is_relative),
+            bar: 0.0,
+        }
+    }
 }
 
 /// The last picture that was drawn, for `--filled` and `--confidence`.
@@ -67,8 +100,8 @@ pub(crate) struct Read {
     pub(crate) scene: WarpScene,
     /// The background that it hides and other pictures show.
     pub(crate) hidden: Option<Reference>,
-    /// The median depth of the first picture of its shot, where that has begun since the picture that was read before.
-    pub(crate) median: Option<f64>,
+    /// The depths of the first picture of its shot, where that has begun since the picture that was read before.
+    pub(crate) begun: Option<SeenDepths>,
 }
 
 impl Source {
@@ -112,7 +145,7 @@ impl Source {
         } else if number < self.next {
             self.rewind()?;
         }
-        let mut median = None;
+        let mut begun = None;
         loop {
             let index = self.next;
             let mut words = self.frames.words(&self.args, index)?;
@@ -133,14 +166,14 @@ impl Source {
                 begins_shot = added.begins_shot;
             }
             if begins_shot && let Some(target) = self.targets.get(index) {
-                median = scene::median_depth(&scene.references, target).or(median);
+                begun = scene::seen_depths(&scene.references, target).or(begun);
             }
             if index == number {
                 self.current = Some(number);
                 return Ok(Read {
                     scene,
                     hidden,
-                    median,
+                    begun,
                 });
             }
         }
@@ -193,12 +226,48 @@ impl Drawer {
             return Ok(());
         }
         let read = source.read(number, &mut self.notes)?;
-        if self.converges == Converges::AtMedian {
-            self.convergence = read.median.unwrap_or(self.convergence);
-        }
         let options = source.args.render.options.options()?;
+        let target = source.targets.get(number).copied();
         self.warper = Warper::with_hidden(read.scene.references, read.hidden, &options)?;
+        if let Some((seen, target)) = read.begun.zip(target) {
+            if self.converges == Converges::AtMedian {
+                self.convergence = seen.median;
+            }
+            self.settle(&seen, &target, number);
+        }
         Ok(())
+    }
+
+    /// Brings the eyes of a pair as close together as `--comfort` wants, and says what range is left, in the shot that begins
+    /// with picture `number`.
+    pub(crate) fn settle(&mut self, seen: &SeenDepths, view: &Camera, number: usize) {
+        let comfort = &mut self.comfort;
+        let is_asked = comfort.limit.is_some() || comfort.has_window;
+        let Some(asked) = comfort.asked.baseline().filter(|_| is_asked) else {
+            return;
+        };
+        let ends = comfort.planes.unwrap_or([seen.nearest, seen.farthest]);
+        let baseline = match comfort.limit {
+            None => asked,
+            Some(limit) => comfortable_baseline(asked, view, self.convergence, ends, limit),
+        };
+        self.layout = comfort.asked.with_baseline(baseline);
+        let [near, far] = ends.map(|z| disparity_percent(baseline, view, self.convergence, z));
+        comfort.bar = match comfort.has_window {
+            true => (-near).max(0.0),
+            false => 0.0,
+        };
+        let shot = match number {
+            0 => String::new(),
+            _ => format!("from picture {number} on, "),
+        };
+        let eyes = match baseline < asked {
+            true => format!("; --stereo {baseline:.3} instead of {asked}"),
+            false => String::new(),
+        };
+        self.notes.say(&format!(
+            "note: {shot}things have {near:.1} % (near) to {far:.1} % (far) of the width as disparity{eyes}"
+        ));
     }
 
     /// Draws.
@@ -208,10 +277,13 @@ impl Drawer {
             .iter()
             .map(|camera| self.warper.render(camera))
             .collect();
-        let (images, stats): (Vec<_>, Vec<_>) = frames?
+        let (mut images, stats): (Vec<_>, Vec<_>) = frames?
             .into_iter()
             .map(|frame| (frame.image, frame.stats))
             .unzip();
+        if self.comfort.bar > 0.0 {
+            self.layout.float_window(&mut images, self.comfort.bar);
+        }
         let image = self.layout.put_together(sheet, images);
         if let LastPicture::Kept(last) = &mut self.last {
             *last = Some(image.clone());

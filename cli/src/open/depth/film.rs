@@ -11,6 +11,7 @@ use anyhow::{Context, Result, bail};
 use resample_io::Stored;
 use resample_io::files;
 use resample_io::film::{Facts, FrameRate, Kept, Original, Reader, Want, is_film};
+use resample_io::listed::files_of;
 use tempfile::NamedTempFile;
 use warp3d::Fill;
 use warp3d::args::MethodName;
@@ -19,7 +20,6 @@ use warp3d::input::{DepthKind, Part, Picture, Plane, RANGE_SHARE, colour, depth}
 
 use crate::args::Warp3dArgs;
 use crate::cameras::viewpoint;
-use crate::open::depth::items::files_of;
 use crate::output::temporary_file;
 use crate::process::interrupt::Listed;
 use crate::process::report;

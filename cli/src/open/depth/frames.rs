@@ -7,6 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
+use resample_io::listed::{Item, items};
 use resample_io::{Gate, Outside, Room};
 use warp3d::Fill;
 use warp3d::input::{DepthKind, Part, colour, range_of_sequence};
@@ -16,7 +17,6 @@ use crate::cameras::viewpoint;
 use crate::cameras::viewpoint::{Known, Viewpoint};
 use crate::open::depth::film;
 use crate::open::depth::film::FilmInput;
-use crate::open::depth::items::{Item, items};
 use crate::open::depth::scene;
 use crate::output::FrameNames;
 use crate::process::report;

@@ -5,7 +5,6 @@
 
 mod film;
 pub(crate) mod frames;
-mod items;
 pub(crate) mod scene;
 
 use std::path::PathBuf;
@@ -38,7 +37,7 @@ mod drawer;
 
 use crate::open::depth::scene::{record, write_planes};
 use cameras::{cameras, check_layout, convergence, layout, of_frames, targets};
-use drawer::{Converges, Drawer, LastPicture, Source};
+use drawer::{Comfort, Converges, Drawer, LastPicture, Source};
 
 /// The groups of options that every command has, for the shared code.
 struct Shared {
@@ -230,20 +229,25 @@ impl Ready {
         check_memory(&first, &options, largest.unwrap_or(guess))?;
         let load_ms = report::ms_since(start);
         let account = json!({ "references": scene.references.len(), "samples": scene::known(&scene.references) });
+        let seen = scene::seen_depths(&scene.references, &targets[0]);
         let warper = Warper::with_hidden(scene.references, hidden, &options)?;
         let converges = match args.views.convergence {
             None if layout.needs_convergence() => Converges::AtMedian,
             _ => Converges::AtDistance,
         };
-        let drawer = Drawer {
+        let mut drawer = Drawer {
             warper,
             source,
             layout,
+            comfort: Comfort::new(&first, layout),
             convergence,
             converges,
             notes,
             last: LastPicture::NotKept,
         };
+        if let Some(seen) = seen {
+            drawer.settle(&seen, &targets[0], 0);
+        }
         Ok(Self {
             plan,
             cameras,

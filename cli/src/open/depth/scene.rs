@@ -13,6 +13,7 @@ use warp3d::input::cameras::{Distortion, Lens, Pair};
 use warp3d::input::{DepthMeaning, Part, Taken, cameras, colour, depth};
 use warp3d::memory::ReferenceSize;
 use warp3d::multiview;
+use warp3d::multiview::SeenDepths;
 use warp3d::{Reference, WarpOptions, Warper, input};
 
 use crate::args::{DepthArgs, Warp3dArgs};
@@ -327,12 +328,12 @@ pub(crate) fn nearest(references: &[Reference]) -> f64 {
     f64::from(nearest.fold(f32::INFINITY, f32::min))
 }
 
-/// The median depth, camera z, at which `camera` sees the samples of the first reference.
-pub(crate) fn median_depth(references: &[Reference], camera: &Camera) -> Option<f64> {
+/// The depths at which `camera` sees the samples of the first reference.
+pub(crate) fn seen_depths(references: &[Reference], camera: &Camera) -> Option<SeenDepths> {
     let first = references.first()?;
-    let step = multiview::median_step(&first.camera);
+    let step = multiview::depth_step(&first.camera);
     let samples = first.depth.iter().copied().enumerate().step_by(step);
-    multiview::median_depth(&first.camera, samples, camera)
+    multiview::seen_depths(&first.camera, samples, camera)
 }
 
 /// Warps with these options from now on.

@@ -6,15 +6,18 @@
 //! sheet is described by a camera whose picture has the size of the whole sheet: what draws pictures then needs to know
 //! one size only. Source: the order of a quilt's tiles is that of Looking Glass's.
 
+mod comfort;
 mod panorama;
 #[cfg(test)]
 mod tests;
 
-use glam::{DAffine3, DMat3, DVec2, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use resample_core::image::linear_from_srgb;
 use resample_core::{Camera, Image, Plane};
 
 use crate::Error;
+
+pub use comfort::{SeenDepths, comfortable_baseline, depth_step, disparity_percent, seen_depths};
 
 /// Columns and rows of a quilt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,9 +59,6 @@ pub enum Layout {
     /// All directions, longitude along x and latitude along y, in a picture of this size or of the camera's scale.
     Equirectangular(Option<[u32; 2]>),
 }
-
-/// Most samples that the median depth is taken from; a thousandth of a rank is as good as any.
-const MEDIAN_SAMPLES: usize = 100_000;
 
 impl Layout {
     /// The camera that stands for a whole sheet of views from around `camera`.
@@ -204,32 +204,6 @@ pub fn sway(
         camera.validated().map_err(|e| Error::Option(e.to_string()))
     };
     (0..steps).map(at).collect()
-}
-
-/// Every how many samples of a reference's camera one counts for a median depth.
-pub fn median_step(reference: &Camera) -> usize {
-    (reference.width as usize * reference.height as usize / MEDIAN_SAMPLES).max(1)
-}
-
-/// The median depth, camera z, at which `camera` sees samples of a reference, given by number and camera z.
-pub fn median_depth(
-    reference: &Camera,
-    samples: impl Iterator<Item = (usize, f32)>,
-    camera: &Camera,
-) -> Option<f64> {
-    let width = reference.width as usize;
-    let camera_from_reference = camera.camera_from_world * reference.camera_from_world.inverse();
-    let known = samples.filter(|(_, z)| !z.is_nan());
-    let seen = known.map(|(index, z)| {
-        let pos_in_screen = DVec2::new((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
-        let (origin, direction) = reference.ray_in_camera(pos_in_screen);
-        camera_from_reference
-            .transform_point3(origin + f64::from(z) * direction)
-            .z
-    });
-    let mut depths: Vec<f64> = seen.filter(|&z| z > 0.0).collect();
-    let middle = depths.len() / 2;
-    (!depths.is_empty()).then(|| *depths.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// A camera moved along its x axis that sees what is at the distance `convergence` where `camera` sees it.

@@ -2,6 +2,8 @@
 
 use resample_core::LookAt;
 
+use glam::DVec2;
+
 use super::*;
 
 fn camera() -> Camera {
@@ -289,6 +291,71 @@ fn a_panorama_shows_every_direction_once() {
         assert!(
             (distance - 7.0).abs() < 0.1,
             "{pos}: the distance is {distance}"
+        );
+    }
+}
+
+#[test]
+fn a_comfortable_pair_has_the_disparity_that_was_asked_for() {
+    let camera = camera();
+    let layout = Layout::Stereo(0.5, Places::SideBySide);
+    let (near, far, convergence) = (2.0, 30.0, 4.0);
+    let baseline = comfortable_baseline(0.5, &camera, convergence, [near, far], 1.5);
+    assert!(baseline < 0.5, "0.5 is too much: {baseline}");
+    let layout = layout.with_baseline(baseline);
+    let views = layout.views(&layout.sheet(&camera), convergence);
+    // Where both views show a thing straight ahead, in per cent of the width.
+    let apart = |z: f64| {
+        let place = camera
+            .camera_from_world
+            .inverse()
+            .transform_point3(DVec3::Z * z);
+        let x = |view: &Camera| {
+            view.screen_from_camera(view.camera_from_world.transform_point3(place))
+                .x
+        };
+        100.0 * (x(&views[1]) - x(&views[0])) / f64::from(views[0].width)
+    };
+    for z in [near, convergence, far] {
+        let said = disparity_percent(baseline, &camera, convergence, z);
+        assert!(
+            (apart(z) - said).abs() < 1e-9,
+            "at {z}: {} and {said}",
+            apart(z)
+        );
+    }
+    assert!(
+        (apart(near) + 1.5).abs() < 1e-9,
+        "near things stand before the screen: {}",
+        apart(near)
+    );
+    assert!(
+        apart(far) > 0.0 && apart(far) < 1.5,
+        "far ones behind it: {}",
+        apart(far)
+    );
+    let enough = comfortable_baseline(0.01, &camera, convergence, [near, far], 1.5);
+    assert_eq!(enough, 0.01, "a pair that is comfortable stays");
+}
+
+#[test]
+fn a_floating_window_hides_the_outer_sides() {
+    let white = || Image {
+        rgba: vec![[1.0; 4]; 40 * 4],
+        ..Image::transparent(40, 4)
+    };
+    let black = |view: &Image, x: usize| view.pixel(x, 2)[0] == 0.0;
+    for (places, left) in [(Places::SideBySide, 0), (Places::CrossEye, 1)] {
+        let mut views = [white(), white()];
+        Layout::Stereo(0.1, places).float_window(&mut views, 5.0);
+        let (left, right) = (&views[left], &views[1 - left]);
+        assert!(
+            black(left, 1) && !black(left, 2) && !black(left, 39),
+            "{places:?}"
+        );
+        assert!(
+            black(right, 38) && !black(right, 37) && !black(right, 0),
+            "{places:?}"
         );
     }
 }

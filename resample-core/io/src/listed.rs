@@ -2,26 +2,30 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
-use warp3d::input::{Part, read_text};
+use resample_core::Error;
 
-use crate::output::FrameNames;
+use crate::Part;
+use crate::files::{cannot_read, fault, read_text};
+use crate::names::FrameNames;
 
 /// One line of a list, or one file of a pattern.
-pub(super) struct Item {
-    pub(super) number: usize,
-    pub(super) time: Option<String>,
-    pub(super) file: String,
+pub struct Item {
+    /// The number in its name, or its place in the list, from 0.
+    pub number: usize,
+    /// The time before its name in the list, s, as it is written.
+    pub time: Option<String>,
+    /// The file, with the part that was named.
+    pub file: String,
 }
 
 /// The names of the files of a pattern or a list; `None` for a single file.
-pub(super) fn files_of(word: &str) -> Result<Option<Vec<String>>> {
+pub fn files_of(word: &str) -> Result<Option<Vec<String>>, Error> {
     let names = |items: Vec<Item>| items.into_iter().map(|item| item.file).collect();
     Ok(items(word)?.map(names))
 }
 
 /// The files of a pattern or a list; `None` for a single file.
-pub(super) fn items(word: &str) -> Result<Option<Vec<Item>>> {
+pub fn items(word: &str) -> Result<Option<Vec<Item>>, Error> {
     let Part { path, name } = Part::from_text(word);
     let with_name = |file: &Path| match &name {
         Some(name) => format!("{}#{name}", file.display()),
@@ -46,21 +50,19 @@ fn numbered(
     path: &Path,
     pattern: &FrameNames,
     with_name: impl Fn(&Path) -> String,
-) -> Result<Vec<Item>> {
+) -> Result<Vec<Item>, Error> {
     let folder = path
         .parent()
         .filter(|folder| !folder.as_os_str().is_empty());
     let folder = folder.unwrap_or(Path::new("."));
     let mut numbers = Vec::new();
-    for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
-        let name = entry
-            .with_context(|| folder.display().to_string())?
-            .file_name();
+    for entry in std::fs::read_dir(folder).map_err(|e| cannot_read(folder, &e))? {
+        let name = entry.map_err(|e| cannot_read(folder, &e))?.file_name();
         numbers.extend(name.to_str().and_then(|name| pattern.number_of(name)));
     }
     numbers.sort_unstable();
     if numbers.is_empty() {
-        bail!("{}: no file has such a name", path.display());
+        return Err(fault(path, "no file has such a name"));
     }
     let item = |number: usize| Item {
         number,
@@ -70,7 +72,7 @@ fn numbered(
     Ok(numbers.into_iter().map(item).collect())
 }
 
-fn list(path: &Path, with_name: impl Fn(&Path) -> String) -> Result<Vec<Item>> {
+fn list(path: &Path, with_name: impl Fn(&Path) -> String) -> Result<Vec<Item>, Error> {
     let text = read_text(path)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let lines = text
@@ -92,10 +94,7 @@ fn list(path: &Path, with_name: impl Fn(&Path) -> String) -> Result<Vec<Item>> {
         })
         .collect();
     if items.is_empty() {
-        bail!(
-            "{}: the list is empty, expected a name a line",
-            path.display()
-        );
+        return Err(fault(path, "the list is empty, expected a name a line"));
     }
     Ok(items)
 }

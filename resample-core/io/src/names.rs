@@ -7,7 +7,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, bail};
+use resample_core::Error;
 
 /// How frames are named.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,21 +35,21 @@ const MAX_DIGITS: usize = 18;
 
 impl FrameNames {
     /// Names for one picture: `output` itself, or frame 0 of its pattern.
-    pub fn single(output: &Path) -> Result<Self> {
+    pub fn single(output: &Path) -> Result<Self, Error> {
         Ok(Self::from_pattern(output)?.unwrap_or_else(|| Self::Single(output.to_owned())))
     }
 
     /// Names for a list of pictures.
-    pub fn numbered(output: &Path) -> Result<Self> {
+    pub fn numbered(output: &Path) -> Result<Self, Error> {
         if let Some(names) = Self::from_pattern(output)? {
             return Ok(names);
         }
         let (Some(stem), Some(extension)) = (text(output.file_stem()), text(output.extension()))
         else {
-            bail!(
+            return Err(Error::Option(format!(
                 "{}: expected a file name in UTF-8 with an extension",
                 output.display()
-            );
+            )));
         };
         let folder = output.parent().unwrap_or(Path::new("")).to_owned();
         let (before, after) = (format!("{stem}_"), format!(".{extension}"));
@@ -78,7 +78,7 @@ impl FrameNames {
     }
 
     /// The names of the files of one tile of each picture.
-    pub(crate) fn of_tile(&self, column: u32, row: u32) -> Self {
+    pub fn of_tile(&self, column: u32, row: u32) -> Self {
         let tiled = |name: &str| {
             let stem = name.rfind('.').map_or(name, |dot| &name[..dot]);
             format!("{stem}.tile-{column}-{row}.exr")
@@ -103,7 +103,7 @@ impl FrameNames {
     }
 
     /// The number of a file's name, if the pattern gives such names.
-    pub(crate) fn number_of(&self, name: &str) -> Option<usize> {
+    pub fn number_of(&self, name: &str) -> Option<usize> {
         let Self::Numbered {
             before,
             after,
@@ -122,7 +122,7 @@ impl FrameNames {
     }
 
     /// Finds `%d` or `%0Nd` in the file name.
-    pub(crate) fn from_pattern(output: &Path) -> Result<Option<Self>> {
+    pub fn from_pattern(output: &Path) -> Result<Option<Self>, Error> {
         let Some(name) = text(output.file_name()) else {
             return Ok(None);
         };
@@ -133,16 +133,18 @@ impl FrameNames {
         let (at, end, digits) = match patterns.as_slice() {
             [] => return Ok(None),
             &[pattern] => pattern,
-            _ => bail!(
-                "{}: expected one pattern such as %04d in the name, found several",
-                output.display()
-            ),
+            _ => {
+                return Err(Error::Option(format!(
+                    "{}: expected one pattern such as %04d in the name, found several",
+                    output.display()
+                )));
+            }
         };
         if digits > MAX_DIGITS {
-            bail!(
+            return Err(Error::Option(format!(
                 "{}: expected at most {MAX_DIGITS} digits in the number of a picture",
                 output.display()
-            );
+            )));
         }
         let folder = output.parent().unwrap_or(Path::new("")).to_owned();
         let (before, after) = (name[..at].to_owned(), name[end..].to_owned());
