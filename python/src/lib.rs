@@ -4,12 +4,13 @@
 //! words of the command line and parsed by its own types, so that there is no list of them here. What duck typing,
 //! colour maps and notebooks need is written in Python, in `lib/`.
 //!
-//! `words` makes words of keyword arguments; `volume`, `gaussians`, `mesh`, `depth` and `points` make scenes of arrays; `scene` draws them;
+//! `words` makes words of keyword arguments; `volume`, `gaussians`, `mesh`, `depth` and `points` make scenes of arrays; `scene` draws them, `film` one after another;
 //! `work` waits for threads that draw while Python goes on; `picture` hands pictures over; `fault` turns errors into
 //! exceptions.
 
 mod depth;
 mod fault;
+mod film;
 mod gaussians;
 mod mesh;
 mod picture;
@@ -25,6 +26,8 @@ use pyo3::prelude::*;
 /// The compiled part of `forward_resample`.
 #[pymodule]
 mod _native {
+    #[pymodule_export]
+    use super::film::Film;
     #[pymodule_export]
     use super::picture::{png, save, srgb8, write_film};
     #[pymodule_export]

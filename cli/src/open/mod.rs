@@ -33,6 +33,7 @@ use crate::picture::bands::Window;
 use crate::plan::{Change, Purpose, RunLog};
 use crate::process::report::Verbosity;
 
+pub use crate::open::depth::fed::FedFilm;
 pub use crate::open::open_scene::Parts;
 
 /// A scene whose files are read.

@@ -15,7 +15,7 @@ Pictures are linear light with premultiplied alpha; ``picture.to_srgb8()`` gives
 writes one.
 """
 
-from ._depth import DepthImage, warp
+from ._depth import DepthImage, warp, warp_film
 from ._gaussians import Gaussians, splats
 from ._mesh import Mesh, texmap
 from ._native import __version__
@@ -47,5 +47,6 @@ __all__ = [
     "view",
     "volsplat",
     "warp",
+    "warp_film",
     "write_film",
 ]

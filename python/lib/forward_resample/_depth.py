@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, Optional
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy.typing as npt
 from . import _native
 from ._arrays import as_array
 from ._picture import Picture
-from ._scene import Progress, Scene, as_json
+from ._scene import Progress, Scene, as_json, say
 
 #: Largest codes of whole numbers.
 _LARGEST = {"u1": 255, "u2": 65535, "u4": 2**32 - 1, "i1": 127, "i2": 32767, "i4": 2**31 - 1}
@@ -172,6 +173,42 @@ def warp(
     if size is not None:
         return image.render(progress=progress, size=tuple(size))
     return image.render(progress=progress)
+
+
+def warp_film(
+    frames: Iterable[Any], depths: Iterable[Any], *, threads: Optional[int] = None, **options: Any
+) -> Iterator[Picture]:
+    """Draws the pictures of a film from other eyes, one after another, as they come: for depth of a network in the same process.
+
+    Depth is made steady and holes are filled from earlier pictures, as ``resample warp3d`` does with a film. A picture is drawn
+    when it is asked for, and none is kept: a film of any length takes the memory of one picture and its background.
+
+    Args:
+        frames: pictures, each as ``colour`` of :class:`DepthImage`; all of one size.
+        depths: their depths, each (h, w) of any size: larger numbers nearer, in any unit, unless ``depth_kind=`` says otherwise.
+        threads: how many draw; all processors if not given. The pictures do not depend on it.
+        options: any option of ``resample warp3d``, such as ``stereo=0.06, layout="half-side-by-side"`` or
+            ``to="shift:0.05,0,0"``. ``relative_range=(far, near)`` holds the numbers of all depths at fixed distances; without it the
+            range of each picture counts, and ``steady`` (32) aligns it with those before.
+
+    Yields:
+        One picture for each frame; ``picture.to_srgb8()`` are its bytes. The shorter of the two ends the film.
+
+    >>> import numpy as np
+    >>> frames = [np.full((48, 64, 3), 99, np.uint8)] * 3
+    >>> depths = [np.tile(np.linspace(1, 2, 64, dtype=np.float32), (48, 1))] * 3
+    >>> [picture.shape for picture in warp_film(frames, depths, stereo=0.06)]
+    [(48, 128, 4), (48, 128, 4), (48, 128, 4)]
+    """
+    film = _native.Film(options, threads)
+
+    def pictures() -> Iterator[Picture]:
+        for colour, depth in zip(frames, depths):
+            (rgba, z, planes, stats), lines = film.next(_picture(colour, depth))
+            say(lines, False, 3)
+            yield Picture(rgba, z, planes, json.loads(stats), lines)
+
+    return pictures()
 
 
 def _picture(colour: Any, depth: Any) -> dict[str, Any]:

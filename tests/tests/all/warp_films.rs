@@ -310,3 +310,18 @@ fn a_film_is_the_same_on_any_number_of_threads() {
     };
     assert_eq!(depths(1), depths(3));
 }
+
+#[test]
+fn probe_shift() {
+    for scene in FilmScene::ALL {
+        for (blur_px, shift_px) in [(0.0, 0), (0.0, 2), (1.2, 0), (1.2, 2)] {
+            let pair = scene.pair(10, [320, 180], 0.12);
+            let network = Network { scale: 0.0, blur_px, noise: 0.0, shift_px };
+            let depth = network.of(&pair.reference, 10);
+            let mut warper = warp3d::Warper::new(vec![depth], &warp3d::WarpOptions::default()).expect("good");
+            let image = warper.render(&pair.target).expect("a camera").image;
+            let f = resample_tests::warps::measure::measure(&image, &pair.truth);
+            println!("{scene:?} blur {blur_px} shift {shift_px}: {:.2} dB, edges {:.2}, holes {:.2} %, false fill {:.2} %", f.psnr_db, f.edge_db, f.holes_percent, f.false_fill_percent);
+        }
+    }
+}

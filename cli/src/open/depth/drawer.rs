@@ -39,6 +39,15 @@ pub(crate) enum Converges {
     AtMedian,
 }
 
+impl Converges {
+    pub(crate) fn of(args: &Warp3dArgs, layout: &Layout) -> Self {
+        match args.views.convergence {
+            None if layout.needs_convergence() => Self::AtMedian,
+            _ => Self::AtDistance,
+        }
+    }
+}
+
 /// What keeps a pair comfortable to look at.
 pub(crate) struct Comfort {
     /// The pair that was asked for.
@@ -181,7 +190,7 @@ impl Source {
 }
 
 /// The things that are kept from picture to picture; `None` where every picture stands for itself.
-fn film_options(args: &Warp3dArgs) -> Option<FilmOptions> {
+pub(crate) fn film_options(args: &Warp3dArgs) -> Option<FilmOptions> {
     let kind = args.meaning.kind();
     let has_no_unit = kind == DepthKind::Relative;
     let steady = args.sequence.steady.unwrap_or(if has_no_unit {
@@ -230,17 +239,27 @@ impl Drawer {
         let target = source.targets.get(number).copied();
         self.warper = Warper::with_hidden(read.scene.references, read.hidden, &options)?;
         if let Some((seen, target)) = read.begun.zip(target) {
-            if self.converges == Converges::AtMedian {
-                self.convergence = seen.median;
-            }
-            self.settle(&seen, &target, number);
+            self.begin_shot(&seen, &target, number);
         }
         Ok(())
     }
 
+    /// Begins a shot with picture `number`: with its own convergence, and eyes as close together as it needs.
+    pub(crate) fn begin_shot(&mut self, seen: &SeenDepths, view: &Camera, number: usize) {
+        if self.converges == Converges::AtMedian {
+            self.convergence = seen.median;
+        }
+        self.settle(seen, view, number);
+    }
+
+    /// The layout that was asked for.
+    pub(crate) fn asked(&self) -> Layout {
+        self.comfort.asked
+    }
+
     /// Brings the eyes of a pair as close together as `--comfort` wants, and says what range is left, in the shot that begins
     /// with picture `number`.
-    pub(crate) fn settle(&mut self, seen: &SeenDepths, view: &Camera, number: usize) {
+    fn settle(&mut self, seen: &SeenDepths, view: &Camera, number: usize) {
         let comfort = &mut self.comfort;
         let is_asked = comfort.limit.is_some() || comfort.has_window;
         let Some(asked) = comfort.asked.baseline().filter(|_| is_asked) else {

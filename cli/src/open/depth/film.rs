@@ -173,35 +173,6 @@ impl FilmInput {
         }
     }
 
-    /// Sets the defaults of a film, where nothing else was typed: relative depth, a lens, the surface tolerance, and the filling of holes.
-    pub(crate) fn set_defaults(&self, args: &mut Warp3dArgs) -> Result<()> {
-        if self.has_ranges() && args.meaning.depth_kind.is_none() {
-            args.meaning.depth_kind = Some(DepthKind::Relative);
-        }
-        if args.cameras.from.is_none() && args.cameras.intrinsics.is_none() {
-            args.cameras.from = Some(viewpoint::parse(FOV).map_err(anyhow::Error::msg)?);
-            report::say(&format!(
-                "note: the lens is unknown: it is taken as {FOV} (--from says another)"
-            ));
-        }
-        let has_surfaces = args.render.options.method != MethodName::Nearest;
-        if args.meaning.kind() == DepthKind::Relative
-            && has_surfaces
-            && !args.render.has("tolerance")
-        {
-            let word = TOLERANCE.to_string();
-            args.render.set("tolerance", word, |options| {
-                options.tolerance = Some(TOLERANCE)
-            });
-        }
-        if !args.render.has("fill") {
-            let word = "film".to_owned();
-            args.render
-                .set("fill", word, |options| options.fill = Fill::Film);
-        }
-        Ok(())
-    }
-
     /// A picture of its size without pixels, for what needs no more.
     pub(crate) fn blank(&self) -> Result<Source<HeldPictures>> {
         let [width, height] = self.colour.size()?.map(|side| side as usize);
@@ -307,6 +278,32 @@ impl FilmInput {
         }
         Ok(())
     }
+}
+
+/// Sets the defaults of a film, where nothing else was typed: relative depth, a lens, the surface tolerance, and the filling of holes.
+pub(crate) fn set_defaults(args: &mut Warp3dArgs, is_relative: bool) -> Result<()> {
+    if is_relative && args.meaning.depth_kind.is_none() {
+        args.meaning.depth_kind = Some(DepthKind::Relative);
+    }
+    if args.cameras.from.is_none() && args.cameras.intrinsics.is_none() {
+        args.cameras.from = Some(viewpoint::parse(FOV).map_err(anyhow::Error::msg)?);
+        report::say(&format!(
+            "note: the lens is unknown: it is taken as {FOV} (--from says another)"
+        ));
+    }
+    let has_surfaces = args.render.options.method != MethodName::Nearest;
+    if args.meaning.kind() == DepthKind::Relative && has_surfaces && !args.render.has("tolerance") {
+        let word = TOLERANCE.to_string();
+        args.render.set("tolerance", word, |options| {
+            options.tolerance = Some(TOLERANCE)
+        });
+    }
+    if !args.render.has("fill") {
+        let word = "film".to_owned();
+        args.render
+            .set("fill", word, |options| options.fill = Fill::Film);
+    }
+    Ok(())
 }
 
 impl Stream {

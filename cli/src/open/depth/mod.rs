@@ -3,6 +3,7 @@
 //! [`OpenDepth`] checks the options before it reads a picture, then reads the references and places the cameras. It writes files
 //! last.
 
+pub(crate) mod fed;
 mod film;
 pub(crate) mod frames;
 pub(crate) mod scene;
@@ -231,22 +232,18 @@ impl Ready {
         let account = json!({ "references": scene.references.len(), "samples": scene::known(&scene.references) });
         let seen = scene::seen_depths(&scene.references, &targets[0]);
         let warper = Warper::with_hidden(scene.references, hidden, &options)?;
-        let converges = match args.views.convergence {
-            None if layout.needs_convergence() => Converges::AtMedian,
-            _ => Converges::AtDistance,
-        };
         let mut drawer = Drawer {
             warper,
             source,
             layout,
             comfort: Comfort::new(&first, layout),
             convergence,
-            converges,
+            converges: Converges::of(args, &layout),
             notes,
             last: LastPicture::NotKept,
         };
         if let Some(seen) = seen {
-            drawer.settle(&seen, &targets[0], 0);
+            drawer.begin_shot(&seen, &targets[0], 0);
         }
         Ok(Self {
             plan,
