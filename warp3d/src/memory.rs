@@ -214,7 +214,7 @@ mod tests {
             [REFERENCE, READING_DEPTH, PREPARED, PREPARING],
             [16, 8, 18, 5]
         );
-        assert_eq!([LAYER, PICTURE], [28, 60]);
+        assert_eq!([LAYER, PICTURE], [32, 64]);
     }
 
     /// A JPEG of 8 bits a channel.

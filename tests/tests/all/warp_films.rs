@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 use resample_core::Image;
 use resample_tests::warps::films::{FilmScene, Network};
+use resample_tests::warps::measure::measure;
 use resample_tests::warps::truth::WarpScene;
 use warp3d::film::{Film, FilmOptions, Hidden};
 use warp3d::{Fill, Method, Reference, SurfaceTolerance, WarpOptions, Warper};
@@ -312,16 +313,28 @@ fn a_film_is_the_same_on_any_number_of_threads() {
 }
 
 #[test]
-fn probe_shift() {
+fn edges_of_soft_depth_are_those_of_the_picture() {
     for scene in FilmScene::ALL {
         for (blur_px, shift_px) in [(0.0, 0), (0.0, 2), (1.2, 0), (1.2, 2)] {
-            let pair = scene.pair(10, [320, 180], 0.12);
-            let network = Network { scale: 0.0, blur_px, noise: 0.0, shift_px };
-            let depth = network.of(&pair.reference, 10);
-            let mut warper = warp3d::Warper::new(vec![depth], &warp3d::WarpOptions::default()).expect("good");
+            let pair = scene.pair(10, SIZE, 0.12);
+            let network = Network {
+                scale: 0.0,
+                blur_px,
+                noise: 0.0,
+                shift_px,
+            };
+            let references = vec![network.of(&pair.reference, 10)];
+            let mut warper = Warper::new(references, &WarpOptions::default()).expect("good");
             let image = warper.render(&pair.target).expect("a camera").image;
-            let f = resample_tests::warps::measure::measure(&image, &pair.truth);
-            println!("{scene:?} blur {blur_px} shift {shift_px}: {:.2} dB, edges {:.2}, holes {:.2} %, false fill {:.2} %", f.psnr_db, f.edge_db, f.holes_percent, f.false_fill_percent);
+            let figures = measure(&image, &pair.truth);
+            println!(
+                "{scene:?}, blurred by {blur_px} px, shifted by {shift_px} px: {:.1} dB, edges {:.1}, false fill {:.2} %",
+                figures.psnr_db, figures.edge_db, figures.false_fill_percent
+            );
+            assert!(figures.false_fill_percent <= 5.0, "{scene:?}: {figures:?}");
+            // Measured: 38.2 dB at least. A hard edge of depth is taken at its word: 29.3.
+            let is_soft = blur_px > 0.0;
+            assert!(!is_soft || figures.psnr_db > 37.0, "{scene:?}: {figures:?}");
         }
     }
 }

@@ -48,7 +48,7 @@ impl Converges {
     }
 }
 
-/// What keeps a pair comfortable to look at.
+/// The limits within which a pair is comfortable to look at.
 pub(crate) struct Comfort {
     /// The pair that was asked for.
     asked: Layout,

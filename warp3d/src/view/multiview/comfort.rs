@@ -52,7 +52,7 @@ pub fn seen_depths(
     let mut at = |rank: usize| *depths.select_nth_unstable_by(rank, f64::total_cmp).1;
     Some(SeenDepths {
         nearest: at(beyond),
-        median: at((last + 1) / 2),
+        median: at(last.div_ceil(2)),
         farthest: at(last - beyond),
     })
 }
