@@ -7,7 +7,7 @@
 //! Limits: one factor a channel; vignetting and local tone mapping stay.
 
 use glam::DVec2;
-use resample_core::narrow::single;
+use resample_core::narrow::{count, single, whole};
 
 use crate::Reference;
 
@@ -96,7 +96,7 @@ fn seen(reference: &Reference, place: glam::DVec3) -> Option<([f32; 3], f64)> {
     let at = camera.screen_from_camera(pos_in_camera);
     let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
     let inside = pos_in_camera.z > 0.0 && at.cmpge(DVec2::ZERO).all() && at.cmplt(size).all();
-    let index = || at.y as usize * camera.width as usize + at.x as usize;
+    let index = || count(whole(at.y)) * camera.width as usize + count(whole(at.x));
     inside
         .then(index)
         .map(|i| (reference.colour[i], f64::from(reference.depth[i])))

@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Error, Result, anyhow};
+use resample_core::narrow::index32;
 use resample_core::{Camera, Image, Reuse};
 use serde_json::{Value, json};
 use warp3d::exposure;
@@ -50,7 +51,7 @@ impl Typed<'_> {
     /// Size of the picture, px.
     fn size(&self) -> Result<[u32; 2]> {
         Ok(match self.held {
-            Some(held) => [held.colour.width as u32, held.colour.height as u32],
+            Some(held) => [held.colour.width, held.colour.height].map(index32),
             None => colour::size(&Part::from_text(self.colour))?,
         })
     }
@@ -287,7 +288,7 @@ fn held(typed: &Typed, found: &Described, notes: &mut Notes) -> Result<Vec<Refer
         camera: found.from.with_any_near(),
         distortion: found.distortion,
     };
-    let size = [picture.width as u32, picture.height as u32];
+    let size = [picture.width, picture.height].map(index32);
     let fits = [taken.camera.width, taken.camera.height] == size;
     let reference = input::reference(picture, &stored, taken, &meaning, &found.depth.path);
     let reference = match reference {
