@@ -3,17 +3,16 @@
 use std::ffi::OsString;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 use resample_cli::args::Drawing;
 use resample_cli::args::words::content::Application;
 use resample_cli::open::FedFilm;
 
 use crate::picture::{Handed, handed};
 use crate::session::{Drawn, Session};
-use crate::work::{Done, work};
+use crate::work::{Done, pool, work};
 use crate::{depth, fault, words};
 
 /// A film that is drawn while it is fed.
@@ -37,14 +36,9 @@ impl Film {
                 _ => anyhow::bail!("a film is drawn by warp3d"),
             });
         let fed = made.map_err(|error| fault::raised(&error))?;
-        let pool = threads.map(|count| {
-            let builder = ThreadPoolBuilder::new().num_threads(count);
-            let made = builder.build().map(Arc::new);
-            made.map_err(|error| PyValueError::new_err(format!("threads: {error}")))
-        });
         Ok(Self {
             fed: Arc::new(Mutex::new(fed)),
-            pool: pool.transpose()?,
+            pool: pool(threads)?,
         })
     }
 

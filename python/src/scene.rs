@@ -9,7 +9,7 @@ use numpy::{PyArray3, PyUntypedArray};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPool;
 use resample_cli::args::Drawing;
 use resample_cli::args::words::content::Application;
 use resample_cli::open;
@@ -21,7 +21,7 @@ use resample_core::simd::SimdLevel;
 
 use crate::picture::{self, Handed, handed};
 use crate::session::{Drawn, Session};
-use crate::work::{Done, Reins, work};
+use crate::work::{Done, Reins, pool, work};
 use crate::{depth, fault, gaussians, mesh, points, volume, words};
 
 /// A scene that is drawn.
@@ -249,17 +249,12 @@ impl Scene {
         held: Option<Held>,
         threads: Option<usize>,
     ) -> PyResult<Self> {
-        let pool = threads.map(|count| {
-            let builder = ThreadPoolBuilder::new().num_threads(count);
-            let made = builder.build().map(Arc::new);
-            made.map_err(|error| PyValueError::new_err(format!("threads: {error}")))
-        });
         let given = Session::new(application, inputs, held);
         Ok(Self {
             application,
             session: Mutex::new(Arc::new(Mutex::new(given.again()))),
             given,
-            pool: pool.transpose()?,
+            pool: pool(threads)?,
         })
     }
 

@@ -8,8 +8,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use rayon::ThreadPool;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use resample_cli::picture::bands::Next;
 use resample_cli::process::report;
 
@@ -53,6 +54,16 @@ pub(crate) struct Done<T> {
 /// Waits for a while. The exclusive borrow shows that no other thread waits as well.
 fn next<T>(receiver: &mut Receiver<T>) -> Result<T, RecvTimeoutError> {
     receiver.recv_timeout(PATIENCE)
+}
+
+/// As many threads as were asked for; `None` for all processors.
+pub(crate) fn pool(threads: Option<usize>) -> PyResult<Option<Arc<ThreadPool>>> {
+    let made = threads.map(|count| {
+        let built = ThreadPoolBuilder::new().num_threads(count).build();
+        let pool = built.map(Arc::new);
+        pool.map_err(|error| PyValueError::new_err(format!("threads: {error}")))
+    });
+    made.transpose()
 }
 
 /// Does some work, on the threads of `pool` where there is one; `progress` is called with the finished share.

@@ -71,7 +71,8 @@ pub fn pair(test: &str, name: &str) -> Option<WarpScene> {
     })
 }
 
-/// Art's middle view from its outer two. What the outer ones see of it is found by warping their depth, sample by sample.
+/// Art's middle view, with its outer two as references. A pixel counts as seen where a reference's samples, moved to the middle
+/// view one by one, give it the nearest depth.
 pub fn art_between(test: &str) -> Option<SeveralViews> {
     let name = "Art";
     let references = middlebury(
@@ -137,7 +138,7 @@ fn opaque(colours: &[[f32; 3]], size: [u32; 2]) -> Image {
     image
 }
 
-/// Camera z of the nearest sample of `from` in each pixel of `target`, world units; infinite where there is none.
+/// The depth of each pixel of `target`: camera z of the nearest sample of `from` that falls into it, world units; infinite where no sample does.
 fn forward(from: &Reference, target: &Camera) -> Vec<f32> {
     let (width, height) = (target.width as usize, target.height as usize);
     let mut nearest = vec![f32::INFINITY; width * height];

@@ -3,7 +3,7 @@
 //! Gives a target, its picture, and references in the order in which they are added. Each pixel of the target has, for each
 //! reference, the share of it that this reference sees.
 //!
-//! Limits: what the real references see is found with their own depth, which is off at edges.
+//! Limits: of the real scenes, visibility follows from the measured depth maps, whose edges are off by a pixel or two.
 
 use glam::DVec3;
 use resample_core::{Camera, Image};

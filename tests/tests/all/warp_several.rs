@@ -11,7 +11,7 @@ use resample_tests::warps::scenes::AnalyticScene;
 use resample_tests::warps::several::SeveralViews;
 use warp3d::{WarpOptions, Warper};
 
-/// Loss that is no loss, dB: what a hundredth of an edge that moves by a hundredth of a pixel makes.
+/// Differences up to this do not count as a loss, dB. A guess.
 const NOTHING_DB: f64 = 0.05;
 
 fn picture(views: &SeveralViews, count: usize) -> Image {

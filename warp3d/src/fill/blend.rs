@@ -35,8 +35,8 @@ const COVERAGE_POWER: i32 = 32;
 /// Power of the main surface's share in a layer's weight. Measured: 8 loses 2 dB at edges, 1 half of one.
 const PURITY_POWER: i32 = 4;
 
-/// Width of the band in which a reference fades out towards the border of its frame, px of the reference. A guess: an
-/// edge of the picture is no edge of a surface, and what lies beyond may hide what the reference shows behind.
+/// Width of the band in which a reference fades out towards the border of its frame, px of the reference. A guess. The
+/// frame cuts surfaces off, so that beside the cut a reference shows a background that the whole surface would hide.
 const FRAME_PX: f64 = 8.0;
 
 /// Power, at edges, of the weight that falls with the squared sine of the angle between directions. Measured: with 1 a
@@ -78,7 +78,7 @@ pub(crate) fn blend(layers: Vec<Layer>, references: &[Camera], target: &Camera) 
                 let Some(nearest) = seen.nearest() else {
                     continue;
                 };
-                seen.vote(&mut weights);
+                seen.start(&mut weights);
                 let power = match seen.is_edge() {
                     true => EDGE_POWER,
                     false => 1.0,
@@ -131,8 +131,8 @@ impl Seen<'_> {
             .any(|l| l.rgba[self.at][3] >= SEEN && l.purity(self.at) < WHOLE)
     }
 
-    /// Weights by how well each layer resolves the pixel.
-    fn vote(&self, weights: &mut [f32]) {
+    /// The weight of each layer before it is known which surface is in front: how well it resolves the pixel.
+    fn start(&self, weights: &mut [f32]) {
         for (weight, layer) in weights.iter_mut().zip(self.layers) {
             *weight = layer.resolution[self.at].max(1e-3);
         }
@@ -143,7 +143,7 @@ impl Seen<'_> {
         layer.front(self.at) <= z * (1.0 + AGREEMENT)
     }
 
-    /// Camera z of the surface in front: `nearest`, unless only rims show it, and more weight is with those that show none.
+    /// Camera z of the surface in front: `nearest`, unless it is seen at rims alone and the layers without it weigh more.
     fn front(&self, nearest: f32, votes: &[f32]) -> f32 {
         let whole = |l: &Layer| l.rgba[self.at][3] >= WHOLE;
         let is_pure = |l: &Layer| whole(l) && self.shows(l, nearest) && l.purity(self.at) >= WHOLE;
@@ -163,7 +163,7 @@ impl Seen<'_> {
         }
     }
 
-    /// Makes of votes weights: of layers that show the surface in front, by how much of the pixel they show.
+    /// Multiplies the weights of layers that show the surface in front by how much of the pixel they cover; all others become 0.
     fn weigh(&self, front: f32, weights: &mut [f32]) {
         let coverages = self.layers.iter().map(|l| l.rgba[self.at][3]);
         let largest = coverages.fold(f32::MIN_POSITIVE, f32::max);

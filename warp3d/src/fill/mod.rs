@@ -1,6 +1,7 @@
 //! Holes: takes the layers of the references, returns one picture.
 //!
-//! `blend` makes one picture of several references; `extrapolate` continues colours outside a reference's frame, `holes` fills what no reference shows.
+//! `blend` makes one picture of several references, `holes` fills the pixels that no reference shows, and `extrapolate` those
+//! beyond every frame.
 
 pub(crate) mod blend;
 pub(crate) mod extrapolate;

@@ -184,21 +184,7 @@ impl Ready {
         Plan::without_cameras(&request, Pictures::One)?;
         let options = args.render.options.options()?;
         let (start, mut notes) = (Instant::now(), Notes::default());
-        let first = match &mut frames {
-            Some(frames) => {
-                check_frames(args, purpose)?;
-                frames.check_neighbours(args)?;
-                frames.find_range(args, verbosity.progress())?;
-                frames.words(args, 0)?
-            }
-            None if args.sequence.neighbours > 0 => {
-                bail!(
-                    "--neighbours: {} is one picture: give a pattern such as %04d, or a list",
-                    args.colour
-                )
-            }
-            None => args.clone(),
-        };
+        let first = first_words(args, frames.as_mut(), purpose, verbosity)?;
         // The cameras tell how large the new picture is, and some of them need the references.
         let guess = args
             .cameras
@@ -253,6 +239,28 @@ impl Ready {
             load_ms,
         })
     }
+}
+
+/// The words of the first picture, or of the only one.
+fn first_words(
+    args: &Warp3dArgs,
+    frames: Option<&mut Frames>,
+    purpose: Purpose,
+    verbosity: Verbosity,
+) -> Result<Warp3dArgs> {
+    let Some(frames) = frames else {
+        if args.sequence.neighbours > 0 {
+            bail!(
+                "--neighbours: {} is one picture: give a pattern such as %04d, or a list",
+                args.colour
+            );
+        }
+        return Ok(args.clone());
+    };
+    check_frames(args, purpose)?;
+    frames.check_neighbours(args)?;
+    frames.find_range(args, verbosity.progress())?;
+    frames.words(args, 0)
 }
 
 /// The plan of one picture or several.
