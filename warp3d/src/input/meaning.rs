@@ -237,7 +237,7 @@ impl DepthMeaning {
                     .into(),
             });
         }
-        let [near, far] = self.near_far.unwrap_or(RELATIVE_PLANES);
+        let [near, far] = self.relative_planes();
         let numbers = self.range.map_or(String::new(), |[least, most]| {
             format!(", its numbers from {most} to {least}")
         });
@@ -309,6 +309,11 @@ impl DepthMeaning {
         }
     }
 
+    /// The near and the far plane between which relative depth is put, world units.
+    pub fn relative_planes(&self) -> [f64; 2] {
+        self.near_far.unwrap_or(RELATIVE_PLANES)
+    }
+
     /// The formula from a scaled number to camera z (or distance along the ray).
     fn formula(&self, numbers: &Numbers, camera: &Camera) -> Result<Formula, String> {
         Ok(match self.kind {
@@ -317,7 +322,7 @@ impl DepthMeaning {
             DepthKind::Relative => {
                 let [near, far] = match self.near_far {
                     Some(_) => self.planes("relative depth")?,
-                    None => RELATIVE_PLANES,
+                    None => self.relative_planes(),
                 };
                 let [least, most] = numbers.known_range()?;
                 // A map of one number is a plane at the far end.

@@ -64,17 +64,13 @@ pub(crate) struct Comfort {
 
 impl Comfort {
     pub(crate) fn new(args: &Warp3dArgs, asked: Layout) -> Self {
-        let meaning = &args.meaning;
-        let is_relative = meaning.kind() == DepthKind::Relative;
+        let meaning = scene::meaning(&args.meaning, None);
+        let is_relative = meaning.kind == DepthKind::Relative;
         Self {
             asked,
             limit: args.views.comfort,
             has_window: args.views.floating_window,
-            planes: meaning
-                .near
-                .zip(meaning.far)
-                .map(<[f64; 2]>::from)
-                .filter(|_| is_relative),
+            planes: is_relative.then(|| meaning.relative_planes()),
             bar: 0.0,
         }
     }
