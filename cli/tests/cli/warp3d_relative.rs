@@ -111,3 +111,17 @@ fn a_range_is_refused_where_it_means_nothing() {
     let panorama = words("--depth-kind relative --stereo 0.1 --layout equirectangular");
     assert_one_line(&bench, &panorama, "--to shift:X,0,0");
 }
+
+#[test]
+fn comfort_holds_for_all_depths_that_there_can_be() {
+    // In the first frame nothing is near; the near plane, 1 unit, is where later frames have their nearest things.
+    let bench = frames(3, |frame, _, z| if frame == 0 { z.min(2.0) } else { z });
+    let (_, said) = drawn(&bench, "--stereo 0.3 --convergence 3 --comfort 1.5");
+    assert!(said.contains("things have -1.5 % (near)"), "{said}");
+    assert!(said.contains("instead of 0.3"), "{said}");
+    let (_, said) = drawn(&bench, "--stereo 0.001 --convergence 3 --comfort 1.5");
+    assert!(
+        !said.contains("instead of"),
+        "a pair that is comfortable stays: {said}"
+    );
+}
