@@ -64,11 +64,11 @@ impl Scene {
         Self::new(application, names, None, threads)
     }
 
-    /// A volume of an array; `options` are those that change how it is taken over.
+    /// A volume of an array for each channel; `options` are those that change how they are taken over.
     #[staticmethod]
-    #[pyo3(signature = (array, place, options, mask, also, threads))]
+    #[pyo3(signature = (channels, place, options, mask, also, threads))]
     fn volume(
-        array: &Bound<'_, PyUntypedArray>,
+        channels: Vec<Bound<'_, PyUntypedArray>>,
         place: &Bound<'_, PyAny>,
         options: &Bound<'_, PyDict>,
         mask: Option<&Bound<'_, PyUntypedArray>>,
@@ -86,8 +86,17 @@ impl Scene {
             });
             made.map(Arc::new).map_err(|error| fault::raised(&error))
         };
+        let mut channels = channels
+            .iter()
+            .map(|array| made(array, "array"))
+            .collect::<PyResult<Vec<_>>>()?
+            .into_iter();
+        let volume = channels
+            .next()
+            .ok_or_else(|| PyValueError::new_err("data: expected at least one channel"))?;
         let held = HeldVolumes {
-            volume: made(array, "array")?,
+            volume,
+            channels: channels.collect(),
             mask: mask.map(|mask| made(mask, "mask")).transpose()?,
             also: also
                 .iter()

@@ -117,7 +117,7 @@ fn words(arg: &Arg, value: &Bound<'_, PyAny>) -> Result<Option<Vec<OsString>>, S
         return Ok(flag.is_true().then(|| vec![dashed.into()]));
     }
     let most = arg.get_num_args().map_or(1, |range| range.max_values());
-    // Options of several words, such as `channel=(0, "green")`, and those that may be repeated take lists of them.
+    // Options of several words, such as `also=("pet.nii", "green")`, and those that may be repeated take lists of them.
     if most > 1 || matches!(arg.get_action(), ArgAction::Append) {
         let is_vector = value_name(arg).contains(',');
         return grouped(&dashed, Shape { most, is_vector }, value).map(Some);

@@ -6,11 +6,15 @@
 use std::path::Path;
 
 use anyhow::{Result, bail};
-use volsplat::transfer::{ColourKnot, ColourMap, DataKind, FileLook};
+use resample_core::image::linear_from_srgb;
+use volsplat::input::ImageChannel;
+use volsplat::transfer;
+use volsplat::transfer::{ChannelColours, ChannelStyle, ColourKnot, ColourMap, DataKind, FileLook};
 use volsplat::{Described, LabelTable, LargeVolume, TransferFunction, Volume};
 
-use crate::args::{OrderName, VolsplatArgs};
-use crate::look::transfer;
+use crate::args::{LookWords, OrderName, VolsplatArgs};
+use crate::look::Place;
+use crate::look::transfer as typed_transfer;
 use crate::look::transfer::Suggested;
 use crate::values;
 
@@ -41,7 +45,8 @@ pub(crate) enum ChannelLook {
 }
 
 /// Display colours by name, beside those that are written in numbers.
-const COLOURS: [(&str, &str); 7] = [
+const COLOURS: [(&str, &str); 8] = [
+    ("white", "#ffffff"),
     ("red", "#ff0000"),
     ("green", "#00ff00"),
     ("blue", "#0000ff"),
@@ -70,8 +75,8 @@ pub(super) fn of_data(args: &VolsplatArgs, values: Values) -> Result<(ChannelLoo
             Suggested::for_labels(None),
         ));
     }
-    if transfer::is_typed(&args.transfer) {
-        let (function, suggested) = transfer::typed(&args.transfer, values.described())?;
+    if typed_transfer::is_typed(&args.transfer) {
+        let (function, suggested) = typed_transfer::typed(&args.transfer, values.described())?;
         return Ok((ChannelLook::Transfer(function), suggested));
     }
     let histogram = values.described().histogram();
@@ -79,7 +84,7 @@ pub(super) fn of_data(args: &VolsplatArgs, values: Values) -> Result<(ChannelLoo
         Values::Memory(volume) => DataKind::of_volume(volume, &histogram),
         Values::Stored(volume) => DataKind::of(volume, &histogram),
     };
-    if transfer::are_labels(args, kind) {
+    if typed_transfer::are_labels(args, kind) {
         let table = ChannelLook::Labels(label_table(args)?);
         return Ok((table, Suggested::for_labels(Some(kind))));
     }
@@ -88,57 +93,92 @@ pub(super) fn of_data(args: &VolsplatArgs, values: Values) -> Result<(ChannelLoo
         DataKind::Labels => DataKind::Field,
         other => other,
     };
-    let (function, suggested) = transfer::of_data(args, kind, &histogram)?;
+    let (function, suggested) = typed_transfer::of_data(args, kind, &histogram)?;
     Ok((ChannelLook::Transfer(function), suggested))
 }
 
-/// The look that a word describes.
-pub(super) fn of_word(
-    word: &str,
+/// The look that words describe, and the words with all that they leave open.
+pub(super) fn of_words(
+    words: &LookWords,
+    (known, place): (&ImageChannel, Place),
+    volume: &dyn Described,
+    (args, is_projection): (&VolsplatArgs, bool),
+) -> Result<(ChannelLook, LookWords)> {
+    let word = words.word.as_deref();
+    let lower = word.unwrap_or_default().to_lowercase();
+    let is_file = lower.ends_with(".json") || lower.ends_with(".vp");
+    if is_file || word == Some("labels") {
+        let look = of_file_or_labels(words, &lower, volume, args)?;
+        return Ok((look, words.clone()));
+    }
+    let typed = match word {
+        None => None,
+        Some(word) => Some(colours(word)?),
+    };
+    let display = known
+        .rgb
+        .unwrap_or_else(|| transfer::usual_colour(place.number, place.count));
+    let of_file = display.map(|code| linear_from_srgb(f32::from(code) / 255.0));
+    let scale = if is_projection {
+        1.0
+    } else {
+        transfer::EMISSION_OPACITY
+    };
+    let style = ChannelStyle {
+        colours: typed.unwrap_or(ChannelColours::One(of_file)),
+        window: words.window.or(known.window),
+        gamma: words.gamma.unwrap_or(1.0),
+        opacity: scale * words.opacity.unwrap_or(1.0),
+    };
+    let histogram = volume.histogram();
+    let [red, green, blue] = display;
+    let all = LookWords {
+        word: Some(word.map_or(format!("#{red:02x}{green:02x}{blue:02x}"), str::to_owned)),
+        window: Some(style.window_of(&histogram)),
+        ..words.clone()
+    };
+    let function = style.transfer(&histogram)?;
+    let function = function.with_opacity_scaled(args.transfer.opacity_scale)?;
+    Ok((ChannelLook::Transfer(function), all))
+}
+
+/// The look of a file or of labels, which have windows and opacities of their own.
+fn of_file_or_labels(
+    words: &LookWords,
+    lower: &str,
     volume: &dyn Described,
     args: &VolsplatArgs,
 ) -> Result<ChannelLook> {
-    if word == "labels" {
+    if (words.window, words.gamma, words.opacity) != (None, None, None) {
+        bail!("{words}: labels and the look of a file take no window, gamma or opacity");
+    }
+    if lower == "labels" {
         return Ok(ChannelLook::Labels(label_table(args)?));
     }
-    let lower = word.to_lowercase();
-    let function = if lower.ends_with(".json") || lower.ends_with(".vp") {
-        let encoding = args.transfer.transfer_space;
-        FileLook::load(Path::new(word), encoding, volume)?.function
-    } else if let Ok(map) = word.parse::<ColourMap>() {
-        TransferFunction::automatic(&volume.histogram(), map)
-    } else {
-        one_colour(word, volume)?
-    };
-    Ok(ChannelLook::Transfer(
-        function.with_opacity_scaled(args.transfer.opacity_scale)?,
-    ))
+    let path = Path::new(words.word.as_deref().unwrap_or_default());
+    let function = FileLook::load(path, args.transfer.transfer_space, volume)?.function;
+    let function = function.with_opacity_scaled(args.transfer.opacity_scale)?;
+    Ok(ChannelLook::Transfer(function))
+}
+
+fn colours(word: &str) -> Result<ChannelColours> {
+    if let Ok(map) = word.parse::<ColourMap>() {
+        return Ok(ChannelColours::Map(map));
+    }
+    match colour(word) {
+        Some(rgb) => Ok(ChannelColours::One(rgb)),
+        None => bail!(
+            "{word}: expected the look of a channel: a file that ends in .json, a colour map such as viridis, labels, a colour \
+             such as #ff8000, or one of {}",
+            COLOURS.map(|(name, _)| name).join(", ")
+        ),
+    }
 }
 
 /// A colour by its name or in numbers, in linear light.
 pub(crate) fn colour(word: &str) -> Option<[f32; 3]> {
     let named = COLOURS.iter().find(|(name, _)| *name == word);
     values::colour(named.map_or(word, |(_, digits)| digits)).ok()
-}
-
-/// The opacity of the histogram, in one colour.
-fn one_colour(word: &str, volume: &dyn Described) -> Result<TransferFunction> {
-    let Some(rgb) = colour(word) else {
-        bail!(
-            "{word}: expected the look of a channel: a file that ends in .json, a colour map such as viridis, labels, a colour \
-             such as #ff8000, or one of {}",
-            COLOURS.map(|(name, _)| name).join(", ")
-        );
-    };
-    let opacities = TransferFunction::automatic(&volume.histogram(), ColourMap::default());
-    let colour = ColourKnot {
-        value: volume.value_range().0,
-        rgb,
-    };
-    Ok(TransferFunction::new(
-        vec![colour],
-        opacities.opacity_knots().to_vec(),
-    )?)
 }
 
 fn label_table(args: &VolsplatArgs) -> Result<LabelTable> {
@@ -154,10 +194,10 @@ pub(super) fn opacity(
     args: &VolsplatArgs,
     volume: &dyn Described,
 ) -> Result<(TransferFunction, Suggested)> {
-    let (function, suggested) = if transfer::is_typed(&args.transfer) {
-        transfer::typed(&args.transfer, volume)?
+    let (function, suggested) = if typed_transfer::is_typed(&args.transfer) {
+        typed_transfer::typed(&args.transfer, volume)?
     } else {
-        transfer::of_data(args, DataKind::Field, &volume.histogram())?
+        typed_transfer::of_data(args, DataKind::Field, &volume.histogram())?
     };
     let white = ColourKnot {
         value: volume.value_range().0,

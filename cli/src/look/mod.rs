@@ -8,9 +8,10 @@ pub(crate) mod transfer;
 pub(crate) mod channel_look;
 
 use anyhow::{Context, Result};
-use volsplat::{Described, RenderOptions, TransferFunction};
+use volsplat::input::ImageChannel;
+use volsplat::{Blend, Described, RenderOptions, TransferFunction};
 
-use crate::args::{Given, RenderArgs, VolsplatArgs};
+use crate::args::{ChannelArgs, Given, LookWords, RayBlend, RenderArgs, VolsplatArgs};
 use crate::look::channel_look::{ChannelLook, Values};
 use crate::look::transfer::Suggested;
 use crate::output::Format;
@@ -19,6 +20,8 @@ use crate::output::Format;
 pub(crate) struct Look {
     /// One for each channel.
     pub(crate) channels: Vec<ChannelLook>,
+    /// The channels of the file, where it has several or they were typed.
+    pub(crate) shown: Vec<ShownChannel>,
     /// The light and blending that go with the channels' looks, where none were typed.
     pub(crate) suggested: Suggested,
     /// Render options: typed ones, and those of the preset or the data where none were typed.
@@ -34,20 +37,50 @@ pub(crate) struct Channel<'a> {
 }
 
 /// Where the look of a channel comes from.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum LookSource {
     /// The options of the transfer function, or the data.
     Data,
-    /// The word of a `--channel`, counted from 0.
-    Channel(usize),
+    /// A channel of the file: what was typed for it, and what the file says.
+    Channel(FileChannel),
     /// The word of an `--also`, counted from 0.
     Also(usize),
-    /// A word that came with a volume in memory.
-    Word(String),
+    /// Words that came with a volume in memory.
+    Words(LookWords),
     /// The options of the transfer function, or the data: the opacity of voxels that are colours.
     ColourOpacity,
     /// Red, green or blue of voxels that are colours, counted from 0.
     Tint(usize),
+}
+
+/// A channel of a file that is drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct FileChannel {
+    /// Its number in the file, counted from 0.
+    pub(crate) number: usize,
+    /// Its place among the channels of the file.
+    pub(crate) place: Place,
+    /// What was typed for it, counted from 0; `None` where nothing was.
+    pub(crate) typed: Option<usize>,
+    /// Returns false for a component of vectors.
+    pub(crate) is_of_image: bool,
+    /// What the file says.
+    pub(crate) known: ImageChannel,
+}
+
+/// A place in a row of channels, for the usual colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Place {
+    pub(crate) number: usize,
+    pub(crate) count: usize,
+}
+
+/// A channel of the file as it is drawn, in words that draw it again.
+#[derive(Clone, Debug)]
+pub(crate) struct ShownChannel {
+    pub(crate) number: usize,
+    pub(crate) name: Option<String>,
+    pub(crate) look: LookWords,
 }
 
 /// Decides the look of all channels, and how frames are drawn. The first channel gives the picture its grid.
@@ -55,20 +88,31 @@ pub(crate) enum LookSource {
 /// # Errors
 /// Options that contradict one another, and files of looks that cannot be read.
 pub(crate) fn decide(args: &VolsplatArgs, format: Format, channels: &[Channel]) -> Result<Look> {
+    let suggested_blend = projected(args, format, channels)?.then_some(Blend::Maximum);
+    let is_projection = suggested_blend.is_some()
+        || matches!(
+            args.render.options.blend.blend,
+            Some(RayBlend::Maximum | RayBlend::Minimum | RayBlend::Average)
+        );
+    let mut shown = Vec::new();
     let decided: Vec<(ChannelLook, Suggested)> = channels
         .iter()
-        .map(|channel| channel_look(args, channel))
+        .map(|channel| channel_look((args, is_projection), channel, &mut shown))
         .collect::<Result<_>>()?;
     // Of several channels none decides about light and blending, which they share.
     let is_alone = decided.len() == 1 || channels[0].source == &LookSource::ColourOpacity;
     let suggested = match decided.first() {
-        Some((_, suggested)) if is_alone => *suggested,
-        _ => Suggested::default(),
+        Some((_, suggested)) if is_alone && suggested_blend.is_none() => *suggested,
+        _ => Suggested {
+            blend: suggested_blend,
+            ..Suggested::default()
+        },
     };
     let first = channels[0].values.described();
     Ok(Look {
         options: options(args, &args.render, format, (first, &suggested))?,
         channels: decided.into_iter().map(|(look, _)| look).collect(),
+        shown,
         suggested,
     })
 }
@@ -96,25 +140,56 @@ fn options(
     ))
 }
 
-fn channel_look(args: &VolsplatArgs, channel: &Channel) -> Result<(ChannelLook, Suggested)> {
+/// Returns true if the channels of an image are projected, because nobody typed what a projection does not have: their windows are made for
+/// that, and their inside is seen.
+fn projected(args: &VolsplatArgs, format: Format, channels: &[Channel]) -> Result<bool> {
+    let render = &args.render.options;
+    let is_image = |channel: &Channel| match channel.source {
+        LookSource::Channel(channel) => channel.is_of_image,
+        _ => false,
+    };
+    let blend = &render.blend;
+    let is_free = (blend.blend, blend.iso, &blend.layers) == (None, None, &None)
+        && (render.shade, render.light, render.occlusion) == (None, None, None)
+        && render.gradient_opacity.is_none();
+    let order = typed_options(args, format)?.field().is_some();
+    Ok(is_free && order && channels.iter().all(is_image))
+}
+
+fn channel_look(
+    (args, is_projection): (&VolsplatArgs, bool),
+    channel: &Channel,
+    shown: &mut Vec<ShownChannel>,
+) -> Result<(ChannelLook, Suggested)> {
     let fewer = || "the number of channels changed: read the volume again";
-    let channels = &args.scene.channels;
+    let typed = &args.scene.channels;
     let volume = channel.values.described();
-    let of_word = |word: &str| {
-        let look = channel_look::of_word(word, volume, args)?;
-        Ok((look, Suggested::default()))
+    let nothing = ImageChannel::default();
+    let of_words = |words: &LookWords, known: &ImageChannel, place: Place| {
+        let (look, words) =
+            channel_look::of_words(words, (known, place), volume, (args, is_projection))?;
+        Ok::<_, anyhow::Error>(((look, Suggested::default()), words))
     };
     match channel.source {
         LookSource::Data => channel_look::of_data(args, channel.values),
-        LookSource::Channel(place) => {
-            let component = channels.components.get(*place).with_context(fewer)?;
-            of_word(&component.look)
+        LookSource::Channel(channel) => {
+            let words = match channel.place_in(typed) {
+                Some(place) => &typed.components.get(place).with_context(fewer)?.look,
+                None => &LookWords::default(),
+            };
+            let (look, words) = of_words(words, &channel.known, channel.place)?;
+            shown.push(ShownChannel {
+                number: channel.number,
+                name: channel.known.name.clone(),
+                look: words,
+            });
+            Ok(look)
         }
         LookSource::Also(place) => {
-            let volume = channels.also.get(*place).with_context(fewer)?;
-            of_word(&volume.look)
+            let volume = typed.also.get(*place).with_context(fewer)?;
+            Ok(of_words(&volume.look, &nothing, Place::ALONE)?.0)
         }
-        LookSource::Word(word) => of_word(word),
+        LookSource::Words(words) => Ok(of_words(words, &nothing, Place::ALONE)?.0),
         LookSource::ColourOpacity => {
             let (function, suggested) = channel_look::opacity(args, volume)?;
             Ok((ChannelLook::Transfer(function), suggested))
@@ -126,7 +201,44 @@ fn channel_look(args: &VolsplatArgs, channel: &Channel) -> Result<(ChannelLook, 
     }
 }
 
+impl Place {
+    /// The only channel.
+    pub(crate) const ALONE: Self = Self {
+        number: 0,
+        count: 1,
+    };
+}
+
+impl FileChannel {
+    /// Which of the typed looks is its own: that which it was read for, or the one of the same number where looks were typed later.
+    fn place_in(&self, typed: &ChannelArgs) -> Option<usize> {
+        let number = self.number.to_string();
+        let of_number = || {
+            let mut looks = typed.components.iter();
+            looks.position(|look| look.channel == number)
+        };
+        self.typed.or_else(of_number)
+    }
+}
+
 impl Look {
+    /// How the channels of a file were drawn, where nobody typed that.
+    pub(crate) fn channel_line(&self, args: &VolsplatArgs) -> Option<String> {
+        if self.shown.is_empty() || !args.scene.channels.components.is_empty() {
+            return None;
+        }
+        let channel = |shown: &ShownChannel| {
+            let name = shown.name.as_deref().map(|name| format!(" {name}"));
+            let name = name.unwrap_or_default();
+            format!("{}{name} {}", shown.number, shown.look)
+        };
+        let channels: Vec<String> = self.shown.iter().map(channel).collect();
+        Some(format!(
+            "channels: {} (--channel N:COLOUR:LOW,HIGH chooses and changes them)",
+            channels.join(", ")
+        ))
+    }
+
     /// The options of frames under other options of rendering; the channels keep their looks.
     ///
     /// # Errors

@@ -11,6 +11,7 @@ use std::sync::Arc;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use resample_io::{Picture, Plane};
 use texmap::Loaded;
+use volsplat::input::{ImageAxes, ImageChannel};
 use volsplat::{Gaussians, Volume};
 use warp3d::input::clouds::PointCloudFile;
 
@@ -81,10 +82,30 @@ pub enum Source<T> {
 pub struct HeldVolumes {
     /// The volume, which gives the picture its grid.
     pub volume: Arc<Volume>,
+    /// Its further channels, where it has several.
+    pub channels: Vec<Arc<Volume>>,
     /// Hides every sample whose nearest voxel in it is 0; on the same grid.
     pub mask: Option<Arc<Volume>>,
     /// Further volumes on the same grid, each with its look as `--also` takes it.
     pub also: Vec<(Arc<Volume>, String)>,
+}
+
+impl HeldVolumes {
+    /// The channels, of which nothing is known but their number.
+    pub fn axes(&self) -> ImageAxes {
+        ImageAxes {
+            channels: vec![ImageChannel::default(); 1 + self.channels.len()],
+            ..ImageAxes::default()
+        }
+    }
+
+    /// A channel by its number, counted from 0.
+    pub fn channel(&self, number: usize) -> Option<Arc<Volume>> {
+        match number.checked_sub(1) {
+            None => Some(self.volume.clone()),
+            Some(further) => self.channels.get(further).cloned(),
+        }
+    }
 }
 
 /// A picture of memory and its depth.

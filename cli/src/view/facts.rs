@@ -7,11 +7,9 @@ use serde_json::{Map, Value, json};
 use volsplat::transfer::{ColourMap, Histogram, Preset};
 use volsplat::{Blend, Described, Shading, TransferFunction};
 
-use crate::args::{
-    ColourBy, ComponentLook, Drawing, RayBlend, SceneArgs, TransferArgs, VolsplatArgs,
-};
+use crate::args::{ColourBy, Drawing, RayBlend, TransferArgs, VolsplatArgs};
 use crate::look::transfer::Suggested;
-use crate::look::{channel_look, transfer};
+use crate::look::{ShownChannel, channel_look, transfer};
 use crate::open::volume::OpenVolume;
 use crate::values::word;
 
@@ -29,7 +27,7 @@ pub(crate) fn volume(open: &OpenVolume) -> Value {
     let maps: Map<String, Value> = ColourMap::names()
         .filter_map(|name| Some((name.to_owned(), stops(name.parse().ok()?))))
         .collect();
-    let is_single = open.args().scene.channels.components.is_empty();
+    let is_single = open.shown_channels().is_empty();
     let histogram = volume.histogram();
     let presets: Vec<Value> = Preset::all()
         .filter(|preset| is_single && preset.mismatch(volume).is_none())
@@ -53,7 +51,7 @@ pub(crate) fn volume(open: &OpenVolume) -> Value {
         "maps": maps,
         "presets": presets,
         "suggested": suggested(&open.suggested()),
-        "channels": channels(&open.args().scene),
+        "channels": channels(open),
         "labels": labels(open),
         "shadings": names::<Shading>(),
         "blends": names::<RayBlend>(),
@@ -90,12 +88,23 @@ fn suggested(suggested: &Suggested) -> Value {
     })
 }
 
-/// The channels that were typed: number and look of each, and its colour where the look is one.
-fn channels(args: &SceneArgs) -> Vec<Value> {
-    let components = args.channels.components.iter();
-    let known = components.map(|ComponentLook { number, look }| {
-        let colour = channel_look::colour(look).map(|rgb| rgb.map(srgb_from_linear));
-        json!({ "number": number.to_string(), "look": look, "colour": colour })
+/// The channels of the file as they are drawn, and the values of each.
+fn channels(open: &OpenVolume) -> Vec<Value> {
+    let shown = open.shown_channels().into_iter();
+    let known = shown.map(|(ShownChannel { number, name, look }, volume)| {
+        let word = look.word.as_deref();
+        let colour = word.and_then(channel_look::colour);
+        let (least, most) = volume.value_range();
+        json!({
+            "number": number.to_string(),
+            "name": name,
+            "look": word,
+            "colour": colour.map(|rgb| rgb.map(srgb_from_linear)),
+            "window": look.window,
+            "gamma": look.gamma.unwrap_or(1.0),
+            "opacity": look.opacity.unwrap_or(1.0),
+            "range": [least, most],
+        })
     });
     known.collect()
 }
@@ -122,7 +131,7 @@ fn bars(histogram: &Histogram, (low, high): (f64, f64)) -> Vec<u64> {
 /// The transfer function; null where labels or several channels have looks of their own.
 pub(crate) fn function(open: &OpenVolume) -> Value {
     let args = open.args();
-    if open.function().is_none() || !args.scene.channels.components.is_empty() {
+    if open.function().is_none() || !open.shown_channels().is_empty() {
         return Value::Null;
     }
     // The page scales opacities by an option of their own.

@@ -15,7 +15,7 @@ use volsplat::transfer::ColourMap;
 use crate::args::words::content;
 use crate::args::words::content::Application;
 use crate::args::words::typed::Typed;
-use crate::args::{Drawing, GlobalArgs, ServeArgs};
+use crate::args::{ComponentLook, Drawing, GlobalArgs, ServeArgs};
 use crate::cameras::viewpoint::Viewpoint;
 use crate::look::channel_look;
 use crate::values;
@@ -294,8 +294,7 @@ fn changed(changes: &Changes) -> Result<Vec<String>> {
                 continue;
             }
             if name == "channel" {
-                words.extend(channel(value)?);
-                continue;
+                check_channel(value)?;
             }
             // One word, so that a value cannot be taken for another option.
             words.push(format!("--{name}={value}"));
@@ -304,19 +303,20 @@ fn changed(changes: &Changes) -> Result<Vec<String>> {
     Ok(words)
 }
 
-/// The words of a channel: its number, and a look that is no name of a file.
-fn channel(value: &str) -> Result<[String; 3]> {
-    let (number, look) = value.split_once(' ').unwrap_or((value, ""));
-    let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
-    let is_look = look == "labels"
-        || look.parse::<ColourMap>().is_ok()
-        || channel_look::colour(look).is_some();
-    if !(is_number && is_look) {
+/// A channel of the page has a look that is no name of a file.
+fn check_channel(value: &str) -> Result<()> {
+    let channel: ComponentLook = value.parse()?;
+    let is_look = channel.look.word.is_none_or(|look| {
+        look == "labels"
+            || look.parse::<ColourMap>().is_ok()
+            || channel_look::colour(&look).is_some()
+    });
+    if !is_look {
         bail!(
-            "--channel {value}: expected a number, and a colour, a colour map or labels; files are for the command line"
+            "--channel {value}: expected a colour, a colour map or labels; files are for the command line"
         );
     }
-    Ok(["--channel".to_owned(), number.to_owned(), look.to_owned()])
+    Ok(())
 }
 
 /// Returns true if a background is no name of a file.

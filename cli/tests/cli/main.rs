@@ -13,6 +13,7 @@ mod animations;
 mod bad_input;
 mod bench;
 mod by_content;
+mod channels;
 mod compare;
 mod documented;
 mod errors;

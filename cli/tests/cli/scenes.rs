@@ -119,7 +119,7 @@ fn what_does_not_fit_is_refused() {
         ("--labels --blend maximum", "labels"),
         ("--also ball.raw nonsense", "nonsense"),
         ("--also ball.raw", "--also"),
-        ("--channel x green", "--channel x"),
+        ("--channel x:green", "--channel x"),
         (
             "--clip-plane 1,0,0,0 --clip-plane 1,0,0,0 --clip-plane 1,0,0,0 --clip-plane 1,0,0,0 --clip-plane 1,0,0,0 \
           --clip-plane 1,0,0,0 --clip-plane 1,0,0,0",

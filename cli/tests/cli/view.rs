@@ -94,12 +94,12 @@ fn labels_and_channels_in_the_pages_colours_are_the_command_lines_pictures() {
         &format!("{ball} --labels"),
         json!({ "labels": labels }),
     );
-    let words = format!("{ball} --channel 0 red --also ball.raw viridis");
+    let words = format!("{ball} --channel 0:red --also ball.raw viridis");
     assert_same(&bench, &words, json!({}));
     assert_same(
         &bench,
         &words,
-        json!({ "changes": { "channel": ["0 #00ff80"] } }),
+        json!({ "changes": { "channel": ["0:#00ff80"] } }),
     );
 }
 
@@ -119,7 +119,7 @@ fn labels_and_channels_are_told_to_the_page() {
     let coloured = voxels.iter().filter(|voxel| **voxel > 0).count();
     assert_eq!(counts.iter().sum::<usize>(), coloured, "all but 0");
     assert_eq!(volume["function"], Value::Null);
-    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL} --channel 0 red"));
+    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL} --channel 0:red"));
     let volume = viewer.page().hear("scene")["volume"].clone();
     let channel = &volume["channels"][0];
     assert_eq!(
@@ -353,7 +353,7 @@ fn the_page_names_no_files_but_new_ones_in_the_folder() {
         ("stats", "a.json"),
         ("background", "a.png"),
         ("output", "a.png"),
-        ("channel", "0 a.json"),
+        ("channel", "0:a.json"),
         ("channel", "--stats red"),
     ] {
         let changes = json!({ "changes": { name: [value] } });
@@ -479,7 +479,7 @@ fn a_probe_finds_surfaces_labels_and_channels() {
     );
     assert!(found["world"][2].is_number(), "{found}");
     let bench = Bench::new();
-    for words in ["--labels", "--channel 0 red", "--blend maximum"] {
+    for words in ["--labels", "--channel 0:red", "--blend maximum"] {
         let found = probed(&bench, &format!("ball.raw {BALL} {words}"), [48.5, 40.5]);
         let voxel = [0, 1, 2].map(|k| found["voxel"][k].as_u64().expect("an index") as usize);
         let place = voxel[0] + 32 * (voxel[1] + 32 * voxel[2]);

@@ -39,7 +39,7 @@ class Scene:
     def files(command: str, names: Sequence[_Path], threads: Optional[int]) -> Scene: ...
     @staticmethod
     def volume(
-        array: npt.NDArray[Any],
+        channels: Sequence[npt.NDArray[Any]],
         place: Mapping[str, Any],
         options: Mapping[str, Any],
         mask: Optional[npt.NDArray[Any]],

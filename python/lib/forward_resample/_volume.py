@@ -52,6 +52,8 @@ class Volume(Scene):
         transfer: how values become colour and opacity: the name of a preset (``"ct-bone"``) or of a colour map of resample or Matplotlib;
             a ParaView JSON file or its content; ``(cmap, opacity)`` or ``(cmap, opacity, clim)`` as :func:`transfer_function`
             takes them. Without it the histogram decides.
+        channel_axis: the axis of an array of four that counts channels: 0 of (c, z, y, x), 1 of (z, c, y, x). All are drawn, in the usual
+            colours or those of ``channel=["0:green:100,900", "1:magenta"]``, which also chooses among them.
         mask: an array of the same shape; voxels where it is 0 are hidden.
         also: further arrays of the same shape, each with its look: ``[(array, "green")]``.
         threads: how many draw; all processors if not given. The pictures do not depend on it.
@@ -79,6 +81,7 @@ class Volume(Scene):
         direction: Optional[npt.ArrayLike] = None,
         transfer: Any = None,
         *,
+        channel_axis: Optional[int] = None,
         mask: Any = None,
         also: Any = (),
         threads: Optional[int] = None,
@@ -90,6 +93,8 @@ class Volume(Scene):
         if isinstance(data, (str, os.PathLike)):
             if direction is not None:
                 raise ValueError("direction: a file has its own")
+            if channel_axis is not None:
+                raise ValueError("channel_axis: a file has its own; channel= chooses among its channels")
             placed = {"spacing": spacing, "origin": origin, "mask": mask}
             self._options.update({name: value for name, value in placed.items() if value is not None})
             if also:
@@ -98,7 +103,8 @@ class Volume(Scene):
             # Misspelt options are refused here as those of arrays are.
             _native.check("volsplat", ["file"], self._options)
             return
-        held = _placed(data)
+        channels = [_placed(channel) for channel in _channels(data, channel_axis)]
+        held = channels[0]
         if spacing is not None:
             held.spacing = _vector(spacing, "spacing")
         if origin is not None:
@@ -109,7 +115,8 @@ class Volume(Scene):
         taken = {name: self._options[name] for name in _TAKEN_OVER if name in self._options}
         masked = None if mask is None else _voxels(mask, "mask")
         beside = [(_voxels(array, "also"), str(look)) for array, look in also]
-        self._native = _native.Scene.volume(held.array, held.place(), taken, masked, beside, threads)
+        arrays = [channel.array for channel in channels]
+        self._native = _native.Scene.volume(arrays, held.place(), taken, masked, beside, threads)
 
     def _given(self, given: Any) -> dict[str, Any]:
         own = super()._given(given)
@@ -189,10 +196,30 @@ def _matrix(value: npt.ArrayLike) -> npt.NDArray[np.float64]:
 def _voxels(value: Any, name: str) -> npt.NDArray[Any]:
     array = scalars(as_array(value, name), name)
     if array.ndim != 3:
-        raise ValueError(f"{name}: expected three axes (z, y, x), got the shape {array.shape}")
+        advice = "; channel_axis= names the axis of channels" if array.ndim == 4 and name == "data" else ""
+        raise ValueError(f"{name}: expected three axes (z, y, x), got the shape {array.shape}{advice}")
     if array.size == 0:
         raise ValueError(f"{name}: is empty, its shape is {array.shape}")
     return array
+
+
+def _channels(data: Any, axis: Optional[int]) -> list[Any]:
+    """The channels of data, one after the other; the data where it has no axis of them."""
+    if axis is None:
+        return [data]
+    if type(data).__module__.split(".")[0] == "zarr":
+        data = data[...]
+    is_labelled = hasattr(data, "coords") and hasattr(data, "dims")
+    array = data if is_labelled else as_array(data, "data")
+    if array.ndim != 4 or not -4 <= axis < 4:
+        raise ValueError(f"channel_axis={axis}: expected four axes and one of them, got the shape {tuple(array.shape)}")
+    count = array.shape[axis]
+    if count == 0:
+        raise ValueError(f"data: is empty, its shape is {tuple(array.shape)}")
+    if is_labelled:
+        name = data.dims[axis]
+        return [data.isel({name: number}) for number in range(count)]
+    return list(np.moveaxis(array, axis, 0))
 
 
 def _placed(data: Any) -> _Placed:

@@ -1,5 +1,9 @@
-//! The pairs of `--channel` and `--also`: clap parses two words each, this file makes one value of them.
+//! The channels of a picture: `--channel` chooses components of the file, `--also` adds volumes, and each has the words of its look.
 
+use std::fmt;
+use std::str::FromStr;
+
+use anyhow::{Context, Result, bail};
 use clap::error::ErrorKind;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 
@@ -8,19 +12,19 @@ use crate::values::input_file::InputFile;
 /// The volumes of a picture that have a look of their own.
 #[derive(Clone, Debug, Default)]
 pub struct ChannelArgs {
-    /// The pairs of `--channel`.
+    /// The values of `--channel`.
     pub components: Vec<ComponentLook>,
     /// The pairs of `--also`.
     pub also: Vec<VolumeLook>,
 }
 
-/// A component of the file, and its look.
-#[derive(Clone, Debug)]
+/// A channel or component of the file, and its look.
+#[derive(Clone, Debug, PartialEq)]
 pub struct ComponentLook {
-    /// The component, counted from 0.
-    pub number: usize,
-    /// A word for its look.
-    pub look: String,
+    /// Its number, counted from 0, or its name.
+    pub channel: String,
+    /// How it looks.
+    pub look: LookWords,
 }
 
 /// A further volume, and its look.
@@ -28,8 +32,80 @@ pub struct ComponentLook {
 pub struct VolumeLook {
     /// The file, and its part.
     pub file: InputFile,
-    /// A word for its look.
-    pub look: String,
+    /// How it looks.
+    pub look: LookWords,
+}
+
+/// How a channel looks: a word for its colours, and what changes them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LookWords {
+    /// A transfer function (.json), a colour map, a colour, or `labels`.
+    pub word: Option<String>,
+    /// The value that shows nothing, and the one that is shown in full.
+    pub window: Option<[f64; 2]>,
+    /// Power of the share of the window.
+    pub gamma: Option<f64>,
+    /// Opacity of what is shown in full, 0 to 1.
+    pub opacity: Option<f64>,
+}
+
+/// How a look is written.
+const LOOK: &str = "LOOK[:LOW,HIGH][:gamma=G][:opacity=O], each part optional";
+
+impl FromStr for LookWords {
+    type Err = anyhow::Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let mut look = Self::default();
+        for part in text.split(':').filter(|part| !part.is_empty()) {
+            let number = |name: &str, text: &str| {
+                let number = text.trim().parse::<f64>().ok();
+                number.filter(|number| number.is_finite()).with_context(|| {
+                    format!("{text}: expected a number for the {name} of a channel")
+                })
+            };
+            if let Some(text) = part.strip_prefix("gamma=") {
+                look.gamma = Some(number("gamma", text)?);
+            } else if let Some(text) = part.strip_prefix("opacity=") {
+                look.opacity = Some(number("opacity", text)?);
+            } else if let Some((low, high)) = part.split_once(',') {
+                look.window = Some([number("window", low)?, number("window", high)?]);
+            } else if look.word.replace(part.to_owned()).is_some() {
+                bail!("{text}: two looks; expected {LOOK}");
+            }
+        }
+        Ok(look)
+    }
+}
+
+impl fmt::Display for LookWords {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let parts = [
+            self.word.clone(),
+            self.window.map(|[low, high]| format!("{low},{high}")),
+            self.gamma.map(|gamma| format!("gamma={gamma}")),
+            self.opacity.map(|opacity| format!("opacity={opacity}")),
+        ];
+        let parts: Vec<String> = parts.into_iter().flatten().collect();
+        f.write_str(&parts.join(":"))
+    }
+}
+
+impl FromStr for ComponentLook {
+    type Err = anyhow::Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let (channel, look) = text.split_once(':').unwrap_or((text, ""));
+        if channel.trim().is_empty() {
+            bail!(
+                "expected the number of a channel, counted from 0, or its name, and then a colon and {LOOK}"
+            );
+        }
+        Ok(Self {
+            channel: channel.trim().to_owned(),
+            look: look.parse()?,
+        })
+    }
 }
 
 /// The words as clap parses them.
@@ -37,11 +113,13 @@ pub struct VolumeLook {
 #[group(skip)]
 #[command(next_help_heading = "Channels, labels, masks")]
 struct Words {
-    /// Draw component N of the file with LOOK: a transfer function (.json), a colour map, a colour such as green or
-    /// #ff8000, or labels; once for each component that is drawn
-    #[arg(long, num_args = 2, value_names = ["N", "LOOK"],
+    /// Draw this channel of the file, by its number from 0 on or its name: CHANNEL[:LOOK][:LOW,HIGH][:gamma=G][:opacity=O]
+    ///
+    /// May be given several times, and then stands for all channels. LOOK is a colour such as green or #ff8000, a colour map, a transfer
+    /// function (.json) or labels. LOW shows nothing and HIGH full colour.
+    #[arg(long, value_name = "CHANNEL:LOOK",
         conflicts_with_all = ["labels", "transfer", "window", "preset", "colormap", "show_transfer"])]
-    channel: Vec<String>,
+    channel: Vec<ComponentLook>,
     /// Also draw this volume (FILE or FILE#PART), on the same grid, with LOOK as in --channel; may be given several times
     #[arg(long, num_args = 2, value_names = ["FILE", "LOOK"])]
     also: Vec<String>,
@@ -60,16 +138,18 @@ impl Args for ChannelArgs {
 impl FromArgMatches for ChannelArgs {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
         let words = Words::from_arg_matches(matches)?;
+        let also = pairs(&words.also).map(|[file, look]| {
+            Ok(VolumeLook {
+                file: InputFile::of(file.into()),
+                look: look.parse()?,
+            })
+        });
+        let refused = |error: anyhow::Error| {
+            clap::Error::raw(ErrorKind::ValueValidation, format!("--also: {error}\n"))
+        };
         Ok(Self {
-            components: pairs(&words.channel)
-                .map(|[number, look]| component(number, look))
-                .collect::<Result<_, _>>()?,
-            also: pairs(&words.also)
-                .map(|[file, look]| VolumeLook {
-                    file: InputFile::of(file.into()),
-                    look: look.clone(),
-                })
-                .collect(),
+            components: words.channel,
+            also: also.collect::<Result<_>>().map_err(refused)?,
         })
     }
 
@@ -84,17 +164,36 @@ fn pairs(words: &[String]) -> impl Iterator<Item = &[String; 2]> {
     words.as_chunks().0.iter()
 }
 
-fn component(number: &str, look: &str) -> Result<ComponentLook, clap::Error> {
-    match number.parse() {
-        Ok(number) => Ok(ComponentLook {
-            number,
-            look: look.to_owned(),
-        }),
-        Err(_) => Err(clap::Error::raw(
-            ErrorKind::ValueValidation,
-            format!(
-                "--channel {number}: expected the number of a component, counted from 0, and then its look\n"
-            ),
-        )),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn looks_are_read_and_written_the_same() {
+        for text in [
+            "",
+            "green",
+            "#ff8000:10,200:gamma=0.7:opacity=0.5",
+            "-3.5,1e3",
+            "inferno:opacity=0",
+        ] {
+            let look: LookWords = text.parse().expect("right");
+            let again: LookWords = look.to_string().parse().expect("right");
+            assert_eq!(look, again, "{text}");
+        }
+        let channel: ComponentLook = "Alexa 488:green:10,200".parse().expect("right");
+        assert_eq!(channel.channel, "Alexa 488");
+        assert_eq!(channel.look.word.as_deref(), Some("green"));
+        assert_eq!(channel.look.window, Some([10.0, 200.0]));
+        for wrong in [
+            "",
+            ":green",
+            "0:green:red",
+            "0:1,x",
+            "0:gamma=nan",
+            "0:opacity=",
+        ] {
+            assert!(wrong.parse::<ComponentLook>().is_err(), "{wrong}");
+        }
     }
 }

@@ -18,7 +18,7 @@ use volsplat::{
     Shading, Subpixels, VoxelType,
 };
 
-pub use crate::args::volume::channels::{ChannelArgs, ComponentLook, VolumeLook};
+pub use crate::args::volume::channels::{ChannelArgs, ComponentLook, LookWords, VolumeLook};
 
 use crate::args::short_help;
 use crate::values;

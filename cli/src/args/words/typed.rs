@@ -131,7 +131,7 @@ mod tests {
     fn what_was_typed_comes_back_in_its_order() {
         for words in [
             "a.nrrd --slab 1 --output b.png --threads 1",
-            "a.nrrd --output b.png --channel 0 green --channel 2 magenta --resume",
+            "a.nrrd --output b.png --channel 0:green --channel 2:magenta:1,9 --resume",
             "a.nrrd --output b.exr --layers first-hit,normal --origin -1,2,3",
             "a.nrrd --occlusion=2.5 --output b.png",
             "a.nrrd --output b.png --occlusion",

@@ -22,7 +22,7 @@ use crate::process::report;
 pub(crate) fn run(args: &InfoArgs) -> Result<()> {
     let is_headerless = args.volume.dims.is_some();
     let content = Content::of(&args.input.path).ok();
-    let name = args.input.path.to_string_lossy().into_owned();
+    let name = args.input.to_string();
     let volsplat = draws(&["volsplat", &name]);
     let ((lines, mut facts), drawn) = match content.filter(|_| !is_headerless) {
         Some(Content::Points) => (points::facts(args)?, vec![draws(&["points", &name])]),

@@ -7,7 +7,7 @@ use anyhow::Result;
 use glam::DVec3;
 use resample_io::memory;
 use serde_json::{Value, json};
-use volsplat::input::{format_of, peek};
+use volsplat::input::{ImageChannel, format_of, peek};
 use volsplat::large::most_brick_bytes;
 use volsplat::transfer::Histogram;
 use volsplat::{Described, Lattice, LoadOptions, RenderOptions, VoxelType};
@@ -15,6 +15,7 @@ use volsplat::{Described, Lattice, LoadOptions, RenderOptions, VoxelType};
 use super::words::{Line, between, line, short, sides};
 use crate::args::{InfoArgs, ReadingArgs};
 use crate::cameras::framing;
+use crate::open::volume::channels;
 use crate::open::volume::data::look_through;
 use crate::open::volume::file::load_options;
 use crate::process::report;
@@ -32,6 +33,12 @@ const TILT_SHOWN_DEG: f64 = 0.05;
 /// Reads the volume and describes it.
 pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
     let mut options = load_options(&args.volume, &args.input, &args.volume.reading.gate())?;
+    let axes = volsplat::input::axes_of(&args.input.path, &options)?;
+    let has_channels = axes.channels.len() > 1 && options.component.is_none();
+    if has_channels {
+        // The values below are those of the first channel.
+        options.component = Some(0);
+    }
     if args.volume.reading.max_memory.is_none()
         && let Some(enough) = enough_to_look_through(args, &options)?
     {
@@ -41,7 +48,10 @@ pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
         };
         options.gate = reading.gate();
     }
-    let colours = volsplat::input::colours_of(&args.input.path, &options)?;
+    let colours = match has_channels {
+        true => None,
+        false => volsplat::input::colours_of(&args.input.path, &options)?,
+    };
     if colours.is_some() {
         // The values below are those of red.
         options.component = Some(0);
@@ -67,6 +77,22 @@ pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
         );
         json["colours"] = json!(count);
     }
+    if has_channels {
+        lines.push(line("channels", channels::names(&axes)));
+        lines.push(line("", "the values are those of channel 0"));
+        json["channels"] = axes.channels.iter().map(channel_json).collect();
+    }
+    if axes.times > 1 {
+        let first = options.time.unwrap_or(0);
+        lines.push(line(
+            "times",
+            format!(
+                "{}; the values are those of time {first} (FILE#time=N)",
+                axes.times
+            ),
+        ));
+        json["times"] = json!(axes.times);
+    }
     let arrays = match args.volume.dims {
         Some(_) => Vec::new(),
         None => volsplat::input::arrays_of(&args.input.path)?,
@@ -79,6 +105,15 @@ pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
         json["arrays"] = json!(arrays);
     }
     Ok((lines, json))
+}
+
+fn channel_json(channel: &ImageChannel) -> Value {
+    json!({
+        "name": channel.name,
+        "colour": channel.rgb.map(|[red, green, blue]| format!("#{red:02x}{green:02x}{blue:02x}")),
+        "window": channel.window,
+        "shown": channel.is_shown,
+    })
 }
 
 /// Memory for a volume that is only looked at, where it is larger than half of what there is: a quarter of that.

@@ -20,7 +20,7 @@ use crate::cameras::{framing, viewpoint};
 use crate::look;
 use crate::look::channel_look::Values;
 use crate::look::transfer::Suggested;
-use crate::look::{Look, LookSource, transfer};
+use crate::look::{Look, LookSource, ShownChannel, transfer};
 use crate::open::volume::file::load_options;
 use crate::open::volume::scene;
 use crate::open::volume::scene::Volumes;
@@ -165,6 +165,17 @@ impl Content {
         Ok(())
     }
 
+    /// The channels of the file as they are drawn, with their volumes.
+    pub(crate) fn shown_channels(&self) -> Vec<(&ShownChannel, &dyn Described)> {
+        match &self.data {
+            Data::Memory(volumes) => {
+                let volumes = volumes.of_file().map(|volume| volume as &dyn Described);
+                self.look.shown.iter().zip(volumes).collect()
+            }
+            Data::Stored(_) => Vec::new(),
+        }
+    }
+
     /// The labels of the first volume that holds labels, with their looks, the most frequent first.
     pub(crate) fn labels(&self) -> Vec<(i64, LabelLook)> {
         match &self.data {
@@ -242,10 +253,16 @@ fn load(
     if args.source.held().is_some() {
         return Ok(Data::Memory(scene::load(args, gate)?));
     }
-    let load_options = load_options(&args.volume, &args.input, gate)?;
+    let mut load_options = load_options(&args.volume, &args.input, gate)?;
+    let axes = volsplat::input::axes_of(&args.input.path, &load_options)?;
+    let is_channel = load_options.component.is_some() || axes.channels.len() == 1;
+    if !is_channel {
+        // All channels are as large as the first.
+        load_options.component = Some(0);
+    }
     match look_through(&args.input.path, &load_options, typed, progress)? {
         None => Ok(Data::Memory(scene::load(args, gate)?)),
-        Some(_) if !is_single(&args.scene) => bail!(
+        Some(_) if !is_channel || !is_single(&args.scene) => bail!(
             "{}: masks, labels and further channels need all voxels in memory: allow more with --max-memory, leave them out, \
              or draw a coarser level or a smaller volume",
             args.input.path.display()

@@ -3,6 +3,7 @@
 //! The steps are those of [`OpenVolume`]: everything that can be refused without reading the volume is checked first, so
 //! that a misspelt name does not cost a minute, and nothing is written before all input has proved to be good.
 
+pub(crate) mod channels;
 pub(crate) mod data;
 pub(crate) mod file;
 pub(crate) mod key_motion;
@@ -27,8 +28,8 @@ use crate::cameras::framing;
 use crate::cameras::framing::volume::{Small, corners};
 use crate::cameras::framing::{Extent, Measure, seen_points};
 use crate::look;
-use crate::look::transfer;
 use crate::look::transfer::Suggested;
+use crate::look::{ShownChannel, transfer};
 use crate::open::volume::data::{Content, Keeping};
 use crate::open::volume::key_motion::VolumeMotion;
 use crate::picture::Drawn;
@@ -76,6 +77,11 @@ impl OpenVolume {
     /// The transfer function of the first volume; `None` where it holds labels.
     pub(crate) fn function(&self) -> Option<&TransferFunction> {
         self.content.look.function()
+    }
+
+    /// The channels of the file as they are drawn, with their volumes.
+    pub(crate) fn shown_channels(&self) -> Vec<(&ShownChannel, &dyn Described)> {
+        self.content.shown_channels()
     }
 
     /// The labels of the first volume that holds labels, with their looks, the most frequent first.

@@ -152,7 +152,11 @@ impl OpenScene for OpenVolume {
                 open.load_ms, open.classify_ms
             ));
         }
-        let look_line = open.suggested().line();
+        let look = &open.content.look;
+        let look_line = open
+            .suggested()
+            .line()
+            .or_else(|| look.channel_line(&open.args));
         // Of several pictures a bar counts the pictures.
         let progress = if open.cameras.len() == 1 {
             log.verbosity.progress()

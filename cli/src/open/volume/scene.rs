@@ -17,6 +17,7 @@ use crate::args::{SceneArgs, VolsplatArgs};
 use crate::look;
 use crate::look::channel_look::{ChannelLook, Values};
 use crate::look::{Look, LookSource};
+use crate::open::volume::channels;
 use crate::open::volume::file::{load_options, with_part};
 use crate::process::report;
 use crate::values::input_file::InputFile;
@@ -39,9 +40,6 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
     let options = load_options(&args.volume, &args.input, gate)?;
     let scene = &args.scene;
     let held = args.source.held();
-    if !scene.channels.components.is_empty() && held.is_some() {
-        bail!("--channel names components of a file: give further arrays with --also");
-    }
     if !scene.channels.components.is_empty() && options.component.is_some() {
         bail!("--channel names components itself: leave component=N out of the part of the file");
     }
@@ -56,7 +54,7 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
     for (volume, look) in held.map_or(&[][..], |held| &held.also) {
         channels.push(ChannelVolume {
             volume: volume.clone(),
-            source: LookSource::Word(look.clone()),
+            source: LookSource::Words(look.parse()?),
         });
     }
     let mask = match (held.and_then(|held| held.mask.clone()), &scene.mask) {
@@ -70,27 +68,51 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
     Ok(Volumes { channels, mask })
 }
 
-/// The channels of the main file: its components that were chosen, its colours, or its values.
+/// The channels of the main file: those that were chosen or all that the file shows, its colours, or its values.
 fn main_channels(args: &VolsplatArgs, options: &LoadOptions) -> Result<Vec<ChannelVolume>> {
     if let Some(voxels) = colours_of_file(args, options)? {
         return Ok(of_colours(voxels));
     }
-    let chosen = &args.scene.channels.components;
-    if chosen.is_empty() {
-        let volume = match args.source.held() {
+    let held = args.source.held();
+    let axes = match held {
+        Some(held) => held.axes(),
+        None => volsplat::input::axes_of(&args.input.path, options)?,
+    };
+    let drawn = channels::drawn(args, options, &axes)?;
+    if drawn.is_empty() {
+        let volume = match held {
             Some(held) => held.volume.clone(),
             None => volsplat::load(&args.input.path, options)?.into(),
         };
         let source = LookSource::Data;
         return Ok(vec![ChannelVolume { volume, source }]);
     }
-    let components: Vec<usize> = chosen.iter().map(|component| component.number).collect();
-    let volumes = volsplat::load_components(&args.input.path, options, &components)?;
-    let channel = |(place, volume): (usize, Volume)| ChannelVolume {
-        volume: volume.into(),
-        source: LookSource::Channel(place),
+    let numbers: Vec<usize> = drawn.iter().map(|channel| channel.number).collect();
+    let volumes: Vec<Arc<Volume>> = match held {
+        Some(held) => numbers
+            .iter()
+            .filter_map(|&number| held.channel(number))
+            .collect(),
+        None => volsplat::load_components(&args.input.path, options, &numbers)?
+            .into_iter()
+            .map(Arc::new)
+            .collect(),
     };
-    Ok(volumes.into_iter().enumerate().map(channel).collect())
+    if volumes.len() < drawn.len() {
+        bail!(
+            "{}: --channel names {} channels, but a voxel has {}",
+            args.input,
+            drawn.len(),
+            volumes.len()
+        );
+    }
+    let channels = volumes.into_iter().zip(drawn);
+    Ok(channels
+        .map(|(volume, channel)| ChannelVolume {
+            volume,
+            source: LookSource::Channel(channel),
+        })
+        .collect())
 }
 
 impl Volumes {
@@ -115,6 +137,14 @@ impl Volumes {
                 .collect(),
             mask: self.mask.as_deref(),
         }
+    }
+
+    /// The channels of the file.
+    pub(crate) fn of_file(&self) -> impl Iterator<Item = &Volume> {
+        let channels = self.channels.iter();
+        channels
+            .filter(|channel| matches!(channel.source, LookSource::Channel(_)))
+            .map(|channel| channel.volume.as_ref())
     }
 
     /// The first volume, which gives the picture its grid.
@@ -189,9 +219,9 @@ pub(crate) fn inputs(args: &SceneArgs) -> impl Iterator<Item = &Path> {
 pub(crate) fn record(args: &SceneArgs) -> Value {
     let components = args.channels.components.iter();
     let components =
-        components.map(|component| [component.number.to_string(), component.look.clone()]);
+        components.map(|component| [component.channel.clone(), component.look.to_string()]);
     let also = args.channels.also.iter();
-    let also = also.map(|also| [also.file.to_string(), also.look.clone()]);
+    let also = also.map(|also| [also.file.to_string(), also.look.to_string()]);
     json!({
         "mask": args.mask.as_deref().map(report::name),
         "labels": args.labels,

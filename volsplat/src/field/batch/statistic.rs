@@ -111,13 +111,14 @@ pub(crate) fn is_idle(
     })
 }
 
-/// Classifies what the rays of a tile have met.
+/// Classifies what the rays of a tile have met. Channels add up, as light on a display: each is its colour times its opacity, and the opacity
+/// of the pixel is at least that of its channels behind one another and at least its brightest component.
 pub(crate) fn classify(settings: &FieldSettings, statistic: Statistic, scratch: &mut FieldScratch) {
     for y in 0..TILE_PX {
         for x in 0..TILE_PX {
-            let mut sum = [0.0f32; 4];
+            let mut sum = [0.0f32; 3];
             let mut tint: Option<[f32; 3]> = None;
-            let mut depth = 0.0;
+            let (mut transmittance, mut weight, mut depth) = (1.0f32, 0.0f32, 0.0f32);
             for (channel, rays) in settings.channels.iter().zip(&scratch.rays) {
                 let Some((value, z)) = met(statistic, rays, [x, y]) else {
                     continue;
@@ -128,25 +129,29 @@ pub(crate) fn classify(settings: &FieldSettings, statistic: Statistic, scratch: 
                     tint = Some([red + r, green + g, blue + b]);
                     continue;
                 }
-                for (sum, value) in sum.iter_mut().zip([r, g, b, 1.0]) {
-                    *sum += strength * value;
+                let opacity = match settings.sheets.opacity {
+                    OpacityMode::Extinction => -(-strength).exp_m1(),
+                    OpacityMode::Linear => strength.min(1.0),
+                };
+                for (sum, value) in sum.iter_mut().zip([r, g, b]) {
+                    *sum += opacity * value;
                 }
-                depth += strength * z;
+                transmittance *= 1.0 - opacity;
+                weight += opacity;
+                depth += opacity * z;
+            }
+            if !(weight > 0.0) {
+                continue;
             }
             for (sum, factor) in sum.iter_mut().zip(tint.unwrap_or([1.0; 3])) {
                 *sum *= factor;
             }
-            if !(sum[3] > 0.0) {
-                continue;
-            }
-            let opacity = match settings.sheets.opacity {
-                OpacityMode::Extinction => -(-sum[3]).exp_m1(),
-                OpacityMode::Linear => sum[3].min(1.0),
-            };
-            let share = opacity / sum[3];
+            let brightest = sum.into_iter().fold(0.0, f32::max);
+            let opacity = (1.0 - transmittance).max(brightest).min(1.0);
+            let [red, green, blue] = sum;
             scratch.pixels.transmittance[y][x] = 1.0 - opacity;
-            scratch.pixels.depth[y][x] = share * depth;
-            scratch.pixels.rgb[y][x] = [share * sum[0], share * sum[1], share * sum[2], 0.0];
+            scratch.pixels.depth[y][x] = opacity * (depth / weight);
+            scratch.pixels.rgb[y][x] = [red, green, blue, 0.0];
         }
     }
 }

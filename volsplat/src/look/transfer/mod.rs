@@ -4,12 +4,14 @@ pub(crate) mod function;
 pub mod colour_map;
 mod adjust;
 mod automatic;
+mod channel;
 pub mod presets;
 #[cfg(feature = "input")]
 mod files;
 pub mod plot;
 
 pub use automatic::DataKind;
+pub use channel::{ChannelColours, ChannelStyle, EMISSION_OPACITY, usual_colour};
 pub use colour_map::{ColourMap, tint};
 #[cfg(feature = "input")]
 pub use files::FileLook;

@@ -1,6 +1,6 @@
-//! Voxels that are colours: three or four bytes each, red first.
+//! What a file holds beside one scalar a voxel: colours, several arrays, channels and points in time.
 //!
-//! Takes a path and the options of reading; the header alone tells whether there are colours. They are read in one pass, and drawn as tints over one more channel, which gives the opacity.
+//! Voxels that are colours have three or four bytes each, red first. Takes a path and the options of reading; the header alone tells whether there are colours. They are read in one pass, and drawn as tints over one more channel, which gives the opacity.
 
 use std::path::Path;
 
@@ -11,7 +11,10 @@ use super::format::{Detected, Format};
 use super::load::load_components;
 use super::options::LoadOptions;
 use crate::Error;
-use crate::input::formats::{meta_image, nifti, nrrd, picture_slices, tiff_stack, vti, vtk};
+use crate::input::axes::ImageAxes;
+use crate::input::formats::{
+    meta_image, mgh, nifti, nrrd, picture_slices, tiff_stack, vti, vtk, zarr,
+};
 use crate::input::invalid;
 use crate::volume::{Volume, Voxels};
 
@@ -61,6 +64,32 @@ pub fn arrays_of(path: &Path) -> Result<Vec<String>, Error> {
         Detected::Known(Format::Vtk, _) => vtk::array_names(path),
         _ => Ok(Vec::new()),
     }
+}
+
+/// The channels and points in time of a file; one of each where it has no such axes, and of raw files.
+///
+/// # Errors
+/// As [`crate::load`] has them for headers.
+pub fn axes_of(path: &Path, options: &LoadOptions) -> Result<ImageAxes, Error> {
+    if options.raw.is_some() {
+        return Ok(ImageAxes::default());
+    }
+    let header = nifti::header_beside(path);
+    let path = header.as_deref().unwrap_or(path);
+    let Detected::Known(format, files) = format::detect(path)? else {
+        return Ok(ImageAxes::default());
+    };
+    let times = match format {
+        Format::Tiff => return tiff_stack::axes(&files),
+        Format::Zarr => return zarr::axes(path, options),
+        Format::Nifti => nifti::times(path)?,
+        Format::Mgh => mgh::times(path)?,
+        _ => 1,
+    };
+    Ok(ImageAxes {
+        times,
+        ..ImageAxes::default()
+    })
 }
 
 /// Reads voxels that are colours; `None` where [`colours_of`] has none.

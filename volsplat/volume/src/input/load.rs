@@ -162,7 +162,7 @@ fn read(
         Format::Nifti => nifti::load(path, options, components),
         Format::Npy => npy::load(path),
         Format::Dicom => dicom::load(files, path, options.series.as_deref(), gate),
-        Format::Tiff => tiff_stack::load(files, components, gate),
+        Format::Tiff => tiff_stack::load(files, options, components),
         Format::Vti => vti::load(path, options, components),
         Format::Vtk => vtk::load(path, options, components),
         Format::Mgh => mgh::load(path, options.time, gate),
@@ -184,7 +184,10 @@ fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Res
             | Format::Vtk
             | Format::Zarr
     );
-    let has_times = matches!(format, Format::Mgh | Format::Nifti | Format::Zarr);
+    let has_times = matches!(
+        format,
+        Format::Mgh | Format::Nifti | Format::Tiff | Format::Zarr
+    );
     let has_arrays = matches!(format, Format::Vti | Format::Vtk);
     let given = [
         ("component", options.component.is_some() && !has_components),

@@ -2,9 +2,10 @@
 //!
 //! In the order in which data flow: opened files (`file`, `slices`, `data_files`); scalars (`decode`);
 //! the user's `options`; one part for each format (`formats`), found by content (`format`); `load` for a volume in
-//! memory or in its file; `colours` for voxels that are colours.
+//! memory or in its file; `colours` for what a file holds beside one scalar a voxel, in the types of `axes`.
 //! Limits: one scalar per voxel, of colours and vectors one component; one volume per file. World coordinates stay as the format defines them.
 
+mod axes;
 mod file;
 mod slices;
 mod data_files;
@@ -15,7 +16,8 @@ pub mod format;
 mod load;
 mod colours;
 
-pub use colours::{ColourVoxels, arrays_of, colours_of, load_colours};
+pub use axes::{ImageAxes, ImageChannel};
+pub use colours::{ColourVoxels, arrays_of, axes_of, colours_of, load_colours};
 pub(crate) use file::{
     Fault, Parts, cannot_read, invalid, open, open_sized, unsupported, unsupported_file,
 };

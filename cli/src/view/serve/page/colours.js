@@ -2,18 +2,66 @@
 
 const hex = (rgb) => "#" + rgb.map((c) => Math.round(255 * Math.min(1, Math.max(0, c))).toString(16).padStart(2, "0")).join("");
 
-// The colour of a channel, in place of the look that was typed.
-function channelRow({ number, look, colour }, place) {
-  const typed = state.scene.volume.channels.map((channel) => `${channel.number} ${channel.look}`);
-  const now = () => state.changes.channel ?? typed;
-  const [, word] = now()[place].split(" ");
-  const input = make("input", { type: "color", value: word.startsWith("#") ? word : colour ? hex(colour) : "#ffffff" });
-  input.addEventListener("focus", remember);
-  input.addEventListener("input", () => {
-    setOption("channel", ...now().map((pair, i) => (i === place ? `${number} ${input.value}` : pair)));
+// Channels as the command line drew them.
+function channelsAsTold() {
+  return state.scene.volume.channels.map(({ number, look, colour, window, gamma, opacity }) =>
+    ({ number, look: colour ? hex(colour) : look, window, gamma, opacity, isOn: opacity > 0 }));
+}
+
+// The words of --channel; a channel that is off has no opacity.
+function channelWords({ number, look, window, gamma, opacity, isOn }) {
+  const parts = [number, look];
+  if (window) parts.push(window.map(short).join(","), `gamma=${short(gamma)}`, `opacity=${isOn ? short(opacity) : 0}`);
+  return parts.join(":");
+}
+
+// The switch and the colour of a channel, its window, gamma and opacity.
+function channelRows(told, place) {
+  const name = told.name ?? `channel ${told.number}`;
+  const now = () => (state.channels ?? channelsAsTold())[place];
+  const change = (field, value) => {
+    state.channels ??= channelsAsTold();
+    state.channels[place][field] = value;
     soon();
+  };
+  const { look, window, gamma, opacity, isOn } = now();
+  const shown = make("input", { type: "checkbox", checked: isOn, ariaLabel: `show ${name}` });
+  shown.addEventListener("change", () => {
+    remember();
+    change("isOn", shown.checked);
+    if (shown.checked && now().opacity === 0) change("opacity", 1);
   });
-  return row(`channel ${number}${colour || word !== look ? "" : ` (${look})`}`, input);
+  const colour = make("input", { type: "color", value: look?.startsWith("#") ? look : "#ffffff", ariaLabel: `colour of ${name}` });
+  colour.addEventListener("focus", remember);
+  colour.addEventListener("input", () => change("look", colour.value));
+  const rows = [row(`${name}${look?.startsWith("#") ? "" : ` (${look})`}`, shown, colour)];
+  if (!window) return rows;
+  const end = (at, label) => {
+    const input = make("input", { type: "number", step: "any", value: short(window[at]), ariaLabel: `${label} of ${name}` });
+    input.addEventListener("focus", remember);
+    input.addEventListener("change", () => {
+      const ends = [...now().window];
+      ends[at] = Number(input.value);
+      if (ends[0] < ends[1]) change("window", ends);
+      else note(`the window of ${name} is ${ends[0]} to ${ends[1]}: the first value has to be the smaller one`);
+    });
+    return input;
+  };
+  const ramp = (label, field, value, most) => {
+    const input = make("input", { type: "range", min: field === "gamma" ? 0.1 : 0, max: most, step: 0.01, value, ariaLabel: `${label} of ${name}` });
+    input.addEventListener("pointerdown", remember);
+    input.addEventListener("input", () => change(field, Number(input.value)));
+    return input;
+  };
+  return [...rows,
+    row(`window ${told.number}`, end(0, "low end"), end(1, "high end")),
+    row(`gamma ${told.number}`, ramp("gamma", "gamma", gamma, 3)),
+    row(`opacity ${told.number}`, ramp("opacity", "opacity", opacity, 1))];
+}
+
+function channelPanel(channels) {
+  return [...channels.flatMap(channelRows), make("div", { className: "buttons" },
+    button("as started", () => { remember(); state.channels = null; changed({ panel: true }); }))];
 }
 
 // Most labels with rows of their own: the most frequent.

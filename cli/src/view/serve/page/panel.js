@@ -116,7 +116,7 @@ function volumePanel() {
     if (volume.presets.length) parts.push(make("h2", {}, "Presets"), presets());
     parts.push(make("details", {}, make("summary", {}, "Colour maps"), maps()));
   }
-  if (volume.channels.length) parts.push(make("h2", {}, "Channels"), ...volume.channels.map(channelRow));
+  if (volume.channels.length) parts.push(make("h2", {}, "Channels"), ...channelPanel(volume.channels));
   if (volume.labels.length) parts.push(make("h2", {}, "Labels"), ...labelRows());
   const isUnlit = UNLIT.includes(option("blend") ?? suggested("blend"));
   parts.push(make("h2", {}, "Light and blending"),

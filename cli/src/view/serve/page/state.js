@@ -7,6 +7,7 @@ const state = {
   changes: {},        // options by name, lists of words
   curve: null,        // { opacities: [[value, opacity]], colours: [[value, r, g, b]] } once it was edited, else null
   labels: null,       // { label: { colour: "#rrggbb", opacity } } of all labels once one was edited, else null
+  channels: null,     // [{ number, look, window, gamma, opacity, isOn }] of all channels once one was edited, else null
   exactness: "default",
   keys: [],           // key frames: cameras
 };
@@ -15,7 +16,7 @@ const state = {
 const past = [];
 
 function remember() {
-  past.push(JSON.stringify({ changes: state.changes, curve: state.curve, labels: state.labels }));
+  past.push(JSON.stringify({ changes: state.changes, curve: state.curve, labels: state.labels, channels: state.channels }));
   if (past.length > 100) past.shift();
 }
 
@@ -33,9 +34,14 @@ function transferFile() {
   return { ColorSpace: "RGB", Name: state.scene.title, Points: points, RGBPoints: state.curve.colours.flat() };
 }
 
+// The options that the page changed; edited channels are an option, too.
+function changes() {
+  return state.channels ? { ...state.changes, channel: state.channels.map(channelWords) } : state.changes;
+}
+
 // The part of a request that says what is drawn.
 function view(size) {
-  return { camera: state.camera, size, changes: state.changes, transfer: transferFile(), labels: state.labels, exactness: state.exactness };
+  return { camera: state.camera, size, changes: changes(), transfer: transferFile(), labels: state.labels, exactness: state.exactness };
 }
 
 function setOption(name, ...words) {

@@ -13,6 +13,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use resample_io::Gate;
 
 use crate::Error;
+use crate::input::axes;
 use crate::input::decode;
 use crate::input::decode::Layout;
 use crate::input::decode::stored::Stream;
@@ -52,6 +53,12 @@ pub(crate) fn begins(head: &[u8]) -> bool {
         && (0..=1).contains(&flag)
 }
 
+/// Points in time.
+pub(crate) fn times(path: &Path) -> Result<usize, Error> {
+    let header = header(&mut Stream::open(path)?).map_err(|fault| fault.at(path))?;
+    Ok(header.times)
+}
+
 /// Reads the volume of a point in time; the first, with a remark, where there are several and the caller names no point in time.
 pub(crate) fn load(path: &Path, time: Option<usize>, gate: &Gate) -> Result<Parts, Error> {
     let mut stream = Stream::open(path)?;
@@ -73,10 +80,7 @@ fn read(
         )));
     }
     if times > 1 && time.is_none() {
-        let name = path.display();
-        gate.remark(format!(
-            "{name}: holds {times} volumes over time, the first is read: {name}#time=N names another, from 0 on"
-        ));
+        gate.remark(axes::first_of(times, path));
     }
     let layout = Layout {
         voxel_type: voxel_type(header.kind)?,

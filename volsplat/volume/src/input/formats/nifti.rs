@@ -15,6 +15,7 @@ use glam::{DAffine3, DMat3, DVec3};
 use resample_io::Gate;
 
 use crate::Error;
+use crate::input::axes;
 use crate::input::decode::component::Interleaved;
 use crate::input::decode::rescale::Rescale;
 use crate::input::decode::stored::Stream;
@@ -39,6 +40,13 @@ pub(crate) fn header_beside(path: &Path) -> Option<PathBuf> {
 pub(crate) fn colours(path: &Path) -> Result<Option<usize>, Error> {
     let header = read(&mut Stream::open(path)?.bytes).map_err(|fault| fault.at(path))?;
     Ok(Some(header.colours()).filter(|&colours| colours > 1))
+}
+
+/// Points in time.
+pub(crate) fn times(path: &Path) -> Result<usize, Error> {
+    let header = read(&mut Stream::open(path)?.bytes).map_err(|fault| fault.at(path))?;
+    let shape = header.shape().map_err(|fault| fault.at(path))?;
+    Ok(shape.times)
 }
 
 pub(crate) fn load(
@@ -142,10 +150,8 @@ impl Chosen {
 
     /// The note where nobody chose among several.
     fn remark(&self, path: &Path, time: Option<usize>) -> Option<String> {
-        let (times, name) = (self.shape.times, path.display());
-        (times > 1 && time.is_none()).then(|| {
-            format!("{name}: holds {times} volumes over time, the first is read: {name}#time=N names another, from 0 on")
-        })
+        let times = self.shape.times;
+        (times > 1 && time.is_none()).then(|| axes::first_of(times, path))
     }
 }
 

@@ -8,7 +8,9 @@ use tiff::tags::{ResolutionUnit, Tag};
 
 use crate::Error;
 use crate::input::test_files::{Folder, survive_damage};
-use crate::input::{Format, LoadOptions, format_of, load, load_colours};
+use crate::input::{
+    Format, ImageAxes, LoadOptions, axes_of, format_of, load, load_colours, load_components,
+};
 use crate::volume::{Volume, Voxels};
 
 /// A stack of pages of 3x2 pixels; page p begins with the value 10 p.
@@ -34,15 +36,25 @@ where
 
 /// Two pages with a description and 4 pixels per unit.
 fn described(description: &str) -> Vec<u8> {
+    hyperstack(description, 2, None)
+}
+
+/// Pages of their own numbers with a description, 4 pixels per unit and the metadata of ImageJ.
+fn hyperstack(description: &str, pages: u8, image_j: Option<(&[u32], &[u8])>) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     let mut encoder = TiffEncoder::new(&mut bytes).expect("encoder");
-    for page in 0..2u8 {
+    for page in 0..pages {
         let mut image = encoder.new_image::<colortype::Gray8>(3, 2).expect("page");
         image.resolution(ResolutionUnit::Inch, Rational { n: 4, d: 1 });
         image
             .encoder()
             .write_tag(Tag::ImageDescription, description)
             .expect("tag");
+        if let Some((lengths, entries)) = image_j {
+            let tags = image.encoder();
+            tags.write_tag(Tag::Unknown(50838), lengths).expect("tag");
+            tags.write_tag(Tag::Unknown(50839), entries).expect("tag");
+        }
         image.write_data(&[page; 6]).expect("data");
     }
     bytes.into_inner()
@@ -171,12 +183,19 @@ fn notes_of_image_j_and_ome_give_the_spacing() {
     };
     assert_eq!(spacing(&ome("SizeC=\"1\" SizeT=\"1\"")), [0.5, 0.6, 2.0]);
     for (text, named) in [
-        (ome("SizeC=\"2\" SizeT=\"1\""), "2 channel(s)"),
+        (
+            ome("SizeC=\"2\" SizeT=\"1\""),
+            "2 channels: choose one with component=N",
+        ),
+        (ome("SizeC=\"3\" SizeT=\"1\""), "planes in further files"),
         (
             "ImageJ=1.53\nimages=2\nchannels=2\n".to_owned(),
-            "2 channel(s)",
+            "2 channels: choose one",
         ),
-        ("ImageJ=1.53\nimages=2\nframes=2\n".to_owned(), "2 time(s)"),
+        (
+            "ImageJ=1.53\nimages=2\nchannels=3\n".to_owned(),
+            "no multiple",
+        ),
         (
             "ImageJ=1.53\nimages=3000\nslices=3000\n".to_owned(),
             "beyond 4 GB",
@@ -185,6 +204,151 @@ fn notes_of_image_j_and_ome_give_the_spacing() {
     ] {
         let text = refusal(&described(&text));
         assert!(text.contains(named), "{named}: {text}");
+    }
+}
+
+/// The first voxel of each slice of a channel at a time.
+fn slices_of(bytes: &[u8], component: Option<usize>, time: Option<usize>) -> Vec<f64> {
+    let folder = Folder::new();
+    let path = folder.write("stack.tif", &[bytes]);
+    let options = LoadOptions {
+        component,
+        time,
+        ..LoadOptions::default()
+    };
+    let volume = load(&path, &options).unwrap_or_else(|error| panic!("{error}"));
+    (0..volume.dims[2]).map(|z| volume.value(6 * z)).collect()
+}
+
+fn axes(bytes: &[u8]) -> ImageAxes {
+    let folder = Folder::new();
+    let path = folder.write("stack.tif", &[bytes]);
+    axes_of(&path, &LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+#[test]
+fn channels_and_times_of_image_j_are_told_apart() {
+    let text = "ImageJ=1.53\nimages=12\nchannels=2\nslices=3\nframes=2\nhyperstack=true\n";
+    let mut entries = Vec::new();
+    // The marks of a file whose bytes come with the smallest first.
+    entries.extend_from_slice(b"JIJI");
+    for (name, count) in [(b"gnar", 1u32), (b"stul", 2)] {
+        entries.extend_from_slice(name);
+        entries.extend_from_slice(&count.to_le_bytes());
+    }
+    let contents = entries.len() as u32;
+    for end in [1.0f64, 200.0, 5.0, 5.0] {
+        entries.extend_from_slice(&end.to_le_bytes());
+    }
+    for last in [[255u8, 0, 128], [0, 255, 0]] {
+        entries.extend(
+            last.iter()
+                .flat_map(|&end| (0..=255u32).map(move |i| (i * u32::from(end) / 255) as u8)),
+        );
+    }
+    let lengths = [contents, 32, 768, 768];
+    let bytes = hyperstack(text, 12, Some((&lengths, &entries)));
+    // Channels are fastest, then slices, then times.
+    assert_eq!(slices_of(&bytes, Some(0), None), [0.0, 2.0, 4.0]);
+    assert_eq!(slices_of(&bytes, Some(1), Some(1)), [7.0, 9.0, 11.0]);
+    let axes = axes(&bytes);
+    assert_eq!((axes.channels.len(), axes.times), (2, 2));
+    let looks = axes
+        .channels
+        .iter()
+        .map(|channel| (channel.rgb, channel.window));
+    assert_eq!(
+        looks.collect::<Vec<_>>(),
+        [
+            (Some([255, 0, 128]), Some([1.0, 200.0])),
+            (Some([0, 255, 0]), None)
+        ],
+        "a window of no width is none"
+    );
+    let folder = Folder::new();
+    let path = folder.write("stack.tif", &[&bytes]);
+    let of = |time| LoadOptions {
+        time,
+        component: Some(0),
+        ..LoadOptions::default()
+    };
+    let error = load(&path, &of(Some(2)))
+        .expect_err("two times")
+        .to_string();
+    assert!(error.contains("2 point(s) in time"), "{error}");
+    let first = of(None);
+    load(&path, &first).expect("the first");
+    assert!(first.gate.remarks()[0].contains("2 volumes over time"));
+    let both = load_components(&path, &of(Some(1)), &[1, 0]).expect("both channels");
+    assert_eq!([both[0].value(0), both[1].value(0)], [7.0, 6.0]);
+    // Metadata that is cut off anywhere tells less, and breaks nothing.
+    for length in 0..entries.len() {
+        let bytes = hyperstack(text, 12, Some((&lengths, &entries[..length])));
+        assert_eq!(slices_of(&bytes, Some(1), None), [1.0, 3.0, 5.0]);
+    }
+}
+
+#[test]
+fn channels_of_ome_have_names_and_colours_and_planes_their_order() {
+    let text = |order: &str, planes: &str| {
+        format!(
+            "<OME><Image><Pixels SizeX=\"3\" SizeY=\"2\" SizeZ=\"2\" SizeC=\"3\" SizeT=\"2\" DimensionOrder=\"{order}\">\
+             <Channel Name=\"DAPI\" Color=\"65535\"/><Channel Fluor=\"GFP\" Color=\"16711935\"/><Channel Color=\"-16776961\"/>{planes}\
+             </Pixels></Image></OME>"
+        )
+    };
+    let pages = |order: &str, planes: &str| hyperstack(&text(order, planes), 12, None);
+    let known = axes(&pages("XYZCT", ""));
+    let channels: Vec<_> = known
+        .channels
+        .iter()
+        .map(|channel| (channel.name.as_deref(), channel.rgb))
+        .collect();
+    assert_eq!(
+        channels,
+        [
+            (Some("DAPI"), Some([0, 0, 255])),
+            (Some("GFP"), Some([0, 255, 0])),
+            (None, Some([255, 0, 0]))
+        ]
+    );
+    assert_eq!(known.times, 2);
+    // Of channel 1 at time 1, by the sizes 2 of z, 3 of channels and 2 of times.
+    for (order, expected) in [
+        ("XYZCT", [8.0, 9.0]),
+        ("XYCZT", [7.0, 10.0]),
+        ("XYCTZ", [4.0, 10.0]),
+        ("XYZTC", [6.0, 7.0]),
+        ("XYTCZ", [3.0, 9.0]),
+        ("XYTZC", [5.0, 7.0]),
+    ] {
+        let slices = slices_of(&pages(order, ""), Some(1), Some(1));
+        assert_eq!(slices, expected, "{order}");
+    }
+    // Planes that are listed lie where the list says: the last six first.
+    let listed =
+        "<TiffData IFD=\"6\" PlaneCount=\"6\"/><TiffData FirstT=\"1\" IFD=\"0\" PlaneCount=\"6\"/>";
+    assert_eq!(
+        slices_of(&pages("XYZCT", listed), Some(1), Some(1)),
+        [2.0, 3.0]
+    );
+    for (planes, named) in [
+        ("<TiffData IFD=\"0\"/>", "has no page in this file"),
+        (
+            "<TiffData FirstC=\"3\" IFD=\"0\"/>",
+            "which the image does not have",
+        ),
+        (
+            "<TiffData IFD=\"18446744073709551615\" PlaneCount=\"18446744073709551615\"/>",
+            "has no page in this file",
+        ),
+        (
+            "<TiffData IFD=\"0\"><UUID>a</UUID></TiffData><TiffData IFD=\"1\"><UUID>b</UUID></TiffData>",
+            "its planes lie in 2 files",
+        ),
+    ] {
+        let refused = refusal(&pages("XYZCT", planes));
+        assert!(refused.contains(named), "{named}: {refused}");
     }
 }
 

@@ -13,7 +13,7 @@ mod array;
 mod opened;
 mod unpacked;
 
-pub(crate) use opened::{Opened, begins, load, open};
+pub(crate) use opened::{Opened, axes, begins, load, open};
 
 #[cfg(test)]
 mod tests;

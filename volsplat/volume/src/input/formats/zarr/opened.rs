@@ -10,6 +10,8 @@ use resample_io::files::read_whole;
 use serde_json::Value;
 
 use crate::Error;
+use crate::input::axes;
+use crate::input::axes::{ImageAxes, ImageChannel};
 use crate::input::decode::Layout;
 use crate::input::file::{Fault, unsupported};
 use crate::input::formats::zarr::array::{Array, json};
@@ -28,6 +30,9 @@ const MAX_CHUNKS: usize = 1 << 24;
 /// Chunks that were never written are legal and stand for the fill value. Where fewer than one in this many is there, the
 /// shape is taken for a forgery. A guess.
 const FEWEST_CHUNKS: usize = 1000;
+
+/// Most channels that are described one by one; a forged shape must not fill the memory with them. A guess, far above any microscope.
+const MOST_CHANNELS: usize = 4096;
 
 /// Returns true if a folder is a Zarr store.
 pub(crate) fn begins(folder: &Path) -> bool {
@@ -59,6 +64,10 @@ pub(crate) fn load(
     options: &LoadOptions,
     channels: &[usize],
 ) -> Result<Parts, Error> {
+    let times = axes(folder, options)?.times;
+    if times > 1 && options.time.is_none() {
+        options.gate.remark(axes::first_of(times, folder));
+    }
     let opened = open(folder, options)?;
     let spans_of = |&channel: &usize| {
         let options = LoadOptions {
@@ -80,17 +89,33 @@ pub(crate) fn load(
     })
 }
 
+/// The channels and points in time of the chosen level.
+pub(crate) fn axes(folder: &Path, options: &LoadOptions) -> Result<ImageAxes, Error> {
+    let image = read(folder)?;
+    let array = array::read(&dataset_of(&image, folder, options)?.folder(folder))?;
+    Ok(image.axes(&array))
+}
+
+/// The chosen level.
+fn dataset_of<'a>(
+    image: &'a Image,
+    folder: &Path,
+    options: &LoadOptions,
+) -> Result<&'a Dataset, Error> {
+    let level = options.level.unwrap_or(0);
+    image.datasets.get(level).ok_or_else(|| {
+        let held = image.datasets.len();
+        Error::Option(format!(
+            "{}: level={level}: the image has {held} level(s), counted from 0, the finest",
+            folder.display()
+        ))
+    })
+}
+
 /// Reads the metadata.
 pub(crate) fn open(folder: &Path, options: &LoadOptions) -> Result<Opened, Error> {
     let image = read(folder)?;
-    let level = options.level.unwrap_or(0);
-    let Some(dataset) = image.datasets.get(level) else {
-        let held = image.datasets.len();
-        return Err(Error::Option(format!(
-            "{}: level={level}: the image has {held} level(s), counted from 0, the finest",
-            folder.display()
-        )));
-    };
+    let dataset = dataset_of(&image, folder, options)?;
     let path = dataset.folder(folder);
     let array = array::read(&path)?;
     let spans = selected(&image, &array, options).map_err(|fault| fault.at(folder))?;
@@ -109,7 +134,10 @@ pub(crate) fn open(folder: &Path, options: &LoadOptions) -> Result<Opened, Error
     if let Some(bad) = spacing.iter().find(|&&s| !(s > 0.0 && s.is_finite())) {
         return Err(invalid(
             folder,
-            format!("the scale of level {level} holds {bad}: expected lengths above 0"),
+            format!(
+                "the scale of level {} holds {bad}: expected lengths above 0",
+                options.level.unwrap_or(0)
+            ),
         ));
     }
     // There is an axis of space, or nothing could have been selected.
@@ -150,7 +178,7 @@ fn selected(image: &Image, array: &Array, options: &LoadOptions) -> Result<Vec<S
         None => Err(unsupported(format!(
             "the image has {size} {what}s{}: choose one with {option}=N, from 0 to {}",
             if what == "channel" {
-                image.channel_names()
+                image.axes(array).names()
             } else {
                 String::new()
             },
@@ -163,7 +191,10 @@ fn selected(image: &Image, array: &Array, options: &LoadOptions) -> Result<Vec<S
             size: array.shape[axis],
         }),
         AxisKind::Channel => one("component", "channel", options.component, array.shape[axis]),
-        AxisKind::Time => one("time", "point in time", options.time, array.shape[axis]),
+        AxisKind::Time => {
+            let first = options.time.or(Some(0));
+            one("time", "point in time", first, array.shape[axis])
+        }
     };
     let has = |kind: AxisKind| (0..count).any(|axis| image.kind(axis, count) == kind);
     if options.time.is_some() && !has(AxisKind::Time) {
@@ -348,7 +379,8 @@ pub(crate) struct Image {
     kinds: Vec<AxisKind>,
     /// The levels, the finest first.
     datasets: Vec<Dataset>,
-    channels: Vec<String>,
+    /// The channels as the metadata describes them; empty where it does not.
+    channels: Vec<ImageChannel>,
 }
 
 /// One level.
@@ -372,13 +404,24 @@ impl Image {
         }
     }
 
-    /// The names of the channels, as a part of a sentence; empty where there are none.
-    fn channel_names(&self) -> String {
-        if self.channels.is_empty() {
-            String::new()
-        } else {
-            format!(" ({})", self.channels.join(", "))
+    /// The axes of an array of this image beside those of space.
+    fn axes(&self, array: &Array) -> ImageAxes {
+        let count = array.shape.len();
+        let size = |kind: AxisKind| {
+            let sizes = (0..count).filter(|&axis| self.kind(axis, count) == kind);
+            sizes
+                .map(|axis| array.shape[axis])
+                .fold(1, usize::saturating_mul)
+        };
+        let known = self.channels.iter().cloned();
+        ImageAxes {
+            channels: known
+                .chain(std::iter::repeat(ImageChannel::default()))
+                .take(size(AxisKind::Channel).clamp(1, MOST_CHANNELS))
+                .collect(),
+            times: size(AxisKind::Time).max(1),
         }
+        .without_equal_colours()
     }
 }
 
@@ -430,18 +473,32 @@ pub(crate) fn read(folder: &Path) -> Result<Image, Error> {
     if datasets.is_empty() {
         return Err(invalid(&path, "\"datasets\" names no level"));
     }
-    let channels = attributes["omero"]["channels"]
-        .as_array()
-        .into_iter()
-        .flatten();
-    let channels = channels
-        .map(|channel| channel["label"].as_str().unwrap_or("?").to_owned())
-        .collect();
+    let channels = attributes["omero"]["channels"].as_array();
+    let channels = channels.into_iter().flatten().map(channel).collect();
     Ok(Image {
         kinds,
         datasets,
         channels,
     })
+}
+
+/// A channel of the rendering settings that OMERO writes.
+fn channel(entry: &Value) -> ImageChannel {
+    let name = entry["label"].as_str().map(str::trim);
+    let end = |key: &str| entry["window"][key].as_f64();
+    ImageChannel {
+        name: name.filter(|name| !name.is_empty()).map(str::to_owned),
+        rgb: entry["color"].as_str().and_then(colour_of_digits),
+        window: axes::window(end("start"), end("end")),
+        is_shown: entry["active"].as_bool().unwrap_or(true),
+    }
+}
+
+/// The colour of six digits, after a # or not; alpha behind them is passed over.
+fn colour_of_digits(text: &str) -> Option<[u8; 3]> {
+    let digits = text.trim_start_matches('#').get(..6)?;
+    let [_, red, green, blue] = u32::from_str_radix(digits, 16).ok()?.to_be_bytes();
+    Some([red, green, blue])
 }
 
 fn plain() -> Image {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::input::test_files::{Dice, Folder, check_components, gzip, zlib};
-use crate::input::{Format, LoadOptions, format_of, load};
+use crate::input::{Format, ImageChannel, LoadOptions, axes_of, format_of, load};
 use crate::volume::{Volume, Voxels};
 
 /// 3x4x5 voxels (z, y, x) in chunks of 2x3x4.
@@ -244,7 +244,8 @@ fn image(folder: &Folder) -> std::path::PathBuf {
         r#"{{"multiscales": [{{"version": "0.4", "axes": [{{"name": "t", "type": "time"}}, {{"name": "c", "type": "channel"}},
             {{"name": "z", "type": "space"}}, {{"name": "y", "type": "space"}}, {{"name": "x", "type": "space"}}],
             "datasets": [{{"path": "0", "coordinateTransformations": {}}}, {{"path": "1", "coordinateTransformations": {}}}]}}],
-            "omero": {{"channels": [{{"label": "DAPI"}}, {{"label": "GFP"}}, {{"label": "RFP"}}]}}}}"#,
+            "omero": {{"channels": [{{"label": "DAPI", "color": "0000FF", "window": {{"start": 1, "end": 9}}}},
+            {{"label": "GFP", "color": "00ff80ff", "active": false}}, {{"label": "RFP", "color": "red"}}]}}}}"#,
         scale("[1,1,3,2,0.5]"),
         scale("[1,1,3,4,1]")
     );
@@ -285,6 +286,19 @@ fn level_channel_and_time_are_chosen() {
         ..LoadOptions::default()
     };
     check_components(&image, &second, 3);
+    let axes = axes_of(&image, &second).expect("readable");
+    let channel = |name: &str, rgb, window, is_shown| ImageChannel {
+        name: Some(name.to_owned()),
+        rgb,
+        window,
+        is_shown,
+    };
+    let channels = vec![
+        channel("DAPI", Some([0, 0, 255]), Some([1.0, 9.0]), true),
+        channel("GFP", Some([0, 255, 128]), None, false),
+        channel("RFP", None, None, true),
+    ];
+    assert_eq!((axes.channels, axes.times), (channels, 2));
     let volume = choice(None, Some(2), Some(1)).expect("chosen");
     assert_eq!(
         (volume.dims, volume.voxels),
@@ -315,7 +329,8 @@ fn level_channel_and_time_are_chosen() {
         "{}",
         text(None, None, Some(0))
     );
-    assert!(text(None, Some(0), None).contains("time=N"));
+    let first = choice(None, Some(2), None).expect("the first time");
+    assert_eq!(first.voxels, Voxels::U8(vec![2; 4]));
     assert!(text(None, Some(3), Some(0)).contains("3 channel(s)"));
     assert!(text(Some(2), Some(0), Some(0)).contains("2 level(s)"));
 }

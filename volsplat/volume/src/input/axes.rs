@@ -1,0 +1,90 @@
+//! The channels of an image and its points in time, as the file's metadata tells them.
+//!
+//! Microscopes write several channels into one file: OME-TIFF, ImageJ's stacks and OME-Zarr. Readers of these formats make the types of this
+//! file. Limits: components of vectors and colours are no channels.
+
+use std::path::Path;
+
+/// A channel of an image, as the file describes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageChannel {
+    /// Its name, such as that of a dye.
+    pub name: Option<String>,
+    /// Its display colour (sRGB).
+    pub rgb: Option<[u8; 3]>,
+    /// The value that is shown black, and the greater one that is shown in full colour.
+    pub window: Option<[f64; 2]>,
+    /// Returns false where the file says that the channel is switched off.
+    pub is_shown: bool,
+}
+
+impl Default for ImageChannel {
+    /// A channel of which nothing is known.
+    fn default() -> Self {
+        Self {
+            name: None,
+            rgb: None,
+            window: None,
+            is_shown: true,
+        }
+    }
+}
+
+/// The axes of an image beside those of space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImageAxes {
+    /// The channels, at least one.
+    pub channels: Vec<ImageChannel>,
+    /// Points in time, at least 1.
+    pub times: usize,
+}
+
+impl Default for ImageAxes {
+    /// One channel at one time.
+    fn default() -> Self {
+        Self {
+            channels: vec![ImageChannel::default()],
+            times: 1,
+        }
+    }
+}
+
+impl ImageAxes {
+    /// The names of the channels, as a part of a sentence; empty where none has a name.
+    pub(crate) fn names(&self) -> String {
+        let name = |(number, channel): (usize, &ImageChannel)| match &channel.name {
+            Some(name) => name.clone(),
+            None => number.to_string(),
+        };
+        if self.channels.iter().all(|channel| channel.name.is_none()) {
+            return String::new();
+        }
+        let names: Vec<String> = self.channels.iter().enumerate().map(name).collect();
+        format!(" ({})", names.join(", "))
+    }
+
+    /// Leaves out colours that tell nothing apart: of several channels all have the same, as where a program fills in white.
+    pub(crate) fn without_equal_colours(mut self) -> Self {
+        let first = self.channels[0].rgb;
+        if self.channels.len() > 1 && self.channels.iter().all(|channel| channel.rgb == first) {
+            self.channels
+                .iter_mut()
+                .for_each(|channel| channel.rgb = None);
+        }
+        self
+    }
+}
+
+/// A window of a file; `None` where it is none.
+pub(crate) fn window(low: Option<f64>, high: Option<f64>) -> Option<[f64; 2]> {
+    let window = [low?, high?];
+    (window[0] < window[1] && window.iter().all(|end| end.is_finite())).then_some(window)
+}
+
+/// The remark of a reader that takes the first of several points in time.
+pub(crate) fn first_of(times: usize, path: &Path) -> String {
+    let name = path.display();
+    format!(
+        "{name}: holds {times} volumes over time, the first is read: {name}#time=N names another, from 0 on"
+    )
+}

@@ -1,0 +1,343 @@
+//! The descriptions that ImageJ and OME write into a stack of TIFF pictures: spacing, channels, points in time, and the order of the pages.
+//!
+//! Takes the text and the tags of the first page, returns [`Notes`]. Source: the OME data model 2016-06 (Pixels, Channel, TiffData); of
+//! ImageJ, its file saver's lines `channels=`, `slices=`, `frames=` and its metadata tag, which holds look-up tables and windows.
+
+use std::collections::BTreeSet;
+
+use roxmltree::{Document, Node};
+
+use crate::input::axes;
+use crate::input::axes::{ImageAxes, ImageChannel};
+use crate::input::file::{Fault, excerpt, unsupported};
+
+/// What the first page of a file tells about all of them.
+#[derive(Default)]
+pub(crate) struct FirstPage {
+    /// ImageDescription.
+    pub(crate) text: Option<String>,
+    /// Pixels per unit of length along x and y.
+    pub(crate) resolution: [Option<f64>; 2],
+    /// The metadata of ImageJ, and the bytes of each of its entries, the table of contents first.
+    pub(crate) image_j: Option<(Vec<u8>, Vec<u32>)>,
+}
+
+/// What a file says about its pages.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Notes {
+    /// World distance between voxels along x, y and z: 1 where nothing is known.
+    pub(crate) spacing: [f64; 3],
+    pub(crate) axes: ImageAxes,
+    /// Slices of a channel at a time.
+    pub(crate) depth: usize,
+    /// The pages of the slices, z fastest, then the channels, then the times.
+    pages: Vec<usize>,
+}
+
+impl Notes {
+    /// The notes of a stack of `pages`, whose pixels have `colours` numbers.
+    pub(crate) fn of(first: &FirstPage, pages: usize, colours: usize) -> Result<Self, Fault> {
+        let text = first.text.as_deref().unwrap_or_default();
+        if text.starts_with("ImageJ=") {
+            return image_j(first, text, pages, colours);
+        }
+        if text.trim_start().starts_with('<') && text.contains("<OME") {
+            return ome(text, pages, colours);
+        }
+        Ok(Self::plain([1.0; 3], pages))
+    }
+
+    /// One channel at one time.
+    pub(crate) fn plain(spacing: [f64; 3], pages: usize) -> Self {
+        Self {
+            spacing,
+            axes: ImageAxes::default(),
+            depth: pages,
+            pages: (0..pages).collect(),
+        }
+    }
+
+    /// The pages of a channel at a time, both of which there are.
+    pub(crate) fn slices(&self, channel: usize, time: usize) -> &[usize] {
+        let first = (time * self.axes.channels.len() + channel) * self.depth;
+        &self.pages[first..first + self.depth]
+    }
+}
+
+/// Sizes of the axes of a stack beside x and y, and the step from page to page along each.
+struct Order {
+    /// z, channels, times.
+    sizes: [usize; 3],
+    /// The axes, the fastest first.
+    fastest: [usize; 3],
+}
+
+impl Order {
+    fn count(&self) -> Option<usize> {
+        let [z, channels, times] = self.sizes;
+        z.checked_mul(channels)?.checked_mul(times)
+    }
+
+    /// The number of a plane in the order of the file.
+    fn number(&self, place: [usize; 3]) -> usize {
+        let mut number = 0;
+        for &axis in self.fastest.iter().rev() {
+            number = number * self.sizes[axis] + place[axis];
+        }
+        number
+    }
+
+    /// The numbers of all planes, z fastest, then the channels, then the times.
+    fn numbers(&self) -> impl Iterator<Item = usize> {
+        let [depth, channels, times] = self.sizes;
+        let places = (0..times).flat_map(move |time| {
+            (0..channels).flat_map(move |channel| (0..depth).map(move |z| [z, channel, time]))
+        });
+        places.map(|place| self.number(place))
+    }
+}
+
+fn image_j(first: &FirstPage, text: &str, pages: usize, colours: usize) -> Result<Notes, Fault> {
+    let value = |key: &str| {
+        let found = text
+            .lines()
+            .filter_map(|line| line.split_once('='))
+            .find(|(name, _)| name.trim() == key);
+        found.map(|(_, value)| value.trim())
+    };
+    let count = |key: &str| value(key).and_then(|text| text.parse::<usize>().ok());
+    let images = count("images").unwrap_or(1);
+    if images > pages {
+        return Err(unsupported(format!(
+            "ImageJ says {images} images, but the file lists {pages}, as it does for stacks beyond 4 GB: \
+             save it as BigTIFF, NRRD or as single slices"
+        )));
+    }
+    let mut spacing = [1.0; 3];
+    if value("unit").is_some_and(|unit| !unit.is_empty() && unit != "pixel") {
+        for (length, per_unit) in spacing.iter_mut().zip(first.resolution) {
+            *length = per_unit
+                .map(|per_unit| 1.0 / per_unit)
+                .filter(is_length)
+                .unwrap_or(1.0);
+        }
+    }
+    if let Some(text) = value("spacing") {
+        let parsed = text.parse().map(f64::abs).ok().filter(is_length);
+        spacing[2] = parsed
+            .ok_or_else(|| format!("spacing={}: expected a length above 0", excerpt(text)))?;
+    }
+    // The colours of a pixel are no channels.
+    let channels = match colours {
+        1 => count("channels").unwrap_or(1).max(1),
+        _ => 1,
+    };
+    let times = count("frames").unwrap_or(1).max(1);
+    let of_all = channels.saturating_mul(times);
+    if !pages.is_multiple_of(of_all) {
+        return Err(Fault::Invalid(format!(
+            "ImageJ says {channels} channel(s) and {times} time(s), but {pages} pages are no multiple of them"
+        )));
+    }
+    let order = Order {
+        sizes: [pages / of_all, channels, times],
+        fastest: [1, 0, 2],
+    };
+    let mut known = vec![ImageChannel::default(); channels];
+    if let Some((bytes, lengths)) = &first.image_j {
+        tell(&mut known, bytes, lengths);
+    }
+    Ok(Notes {
+        spacing,
+        axes: ImageAxes {
+            channels: known,
+            times,
+        }
+        .without_equal_colours(),
+        depth: order.sizes[0],
+        pages: order.numbers().collect(),
+    })
+}
+
+/// Tells channels what ImageJ's metadata knows: the brightest colour of a look-up table, and the window.
+///
+/// The table of contents has a mark and then, of each kind of entry, its name and number; the marks of a file whose bytes come with the
+/// smallest first read backwards. Entries that do not fit are passed over, because pictures do without them.
+fn tell(channels: &mut [ImageChannel], bytes: &[u8], lengths: &[u32]) {
+    let Some((contents, mut rest)) = lengths
+        .first()
+        .and_then(|&length| bytes.split_at_checked(length as usize))
+    else {
+        return;
+    };
+    let is_little = contents.starts_with(b"JIJI");
+    let word = |bytes: &[u8]| match (bytes.first_chunk(), is_little) {
+        (Some(&word), true) => u32::from_le_bytes(word),
+        (Some(&word), false) => u32::from_be_bytes(word),
+        (None, _) => 0,
+    };
+    let mut lengths = lengths[1..].iter();
+    for kind in contents.get(4..).unwrap_or_default().chunks_exact(8) {
+        let (name, count) = (word(kind).to_be_bytes(), word(&kind[4..]) as usize);
+        for (number, &length) in lengths.by_ref().take(count).enumerate() {
+            let Some((entry, behind)) = rest.split_at_checked(length as usize) else {
+                return;
+            };
+            rest = behind;
+            match &name {
+                // 256 of red, of green and of blue.
+                b"luts" if entry.len() == 768 => {
+                    if let Some(channel) = channels.get_mut(number) {
+                        channel.rgb = Some([entry[255], entry[511], entry[767]]);
+                    }
+                }
+                b"rang" => {
+                    for (channel, ends) in channels.iter_mut().zip(entry.chunks_exact(16)) {
+                        let end = |at: usize| match (ends[at..].first_chunk(), is_little) {
+                            (Some(&number), true) => Some(f64::from_le_bytes(number)),
+                            (Some(&number), false) => Some(f64::from_be_bytes(number)),
+                            (None, _) => None,
+                        };
+                        channel.window = axes::window(end(0), end(8));
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+fn ome(text: &str, pages: usize, colours: usize) -> Result<Notes, Fault> {
+    let document = Document::parse(text)
+        .map_err(|error| format!("the OME description is broken XML: {error}"))?;
+    let Some(pixels) = document
+        .descendants()
+        .find(|node| node.has_tag_name("Pixels"))
+    else {
+        return Ok(Notes::plain([1.0; 3], pages));
+    };
+    let length = |name: &str| {
+        let parsed = pixels.attribute(name).and_then(|text| text.parse().ok());
+        parsed.filter(is_length).unwrap_or(1.0)
+    };
+    let spacing = ["PhysicalSizeX", "PhysicalSizeY", "PhysicalSizeZ"].map(length);
+    let size = |name: &str| whole(pixels, name).unwrap_or(1).max(1);
+    // The colours of a pixel count among the channels.
+    let channels = (size("SizeC") / colours).max(1);
+    let fastest = match pixels.attribute("DimensionOrder") {
+        Some("XYCZT") => [1, 0, 2],
+        Some("XYCTZ") => [1, 2, 0],
+        Some("XYZTC") => [0, 2, 1],
+        Some("XYTCZ") => [2, 1, 0],
+        Some("XYTZC") => [2, 0, 1],
+        _ => [0, 1, 2],
+    };
+    let mut order = Order {
+        sizes: [size("SizeZ"), channels, size("SizeT")],
+        fastest,
+    };
+    if order.sizes[1..] == [1, 1] {
+        // Files that call all pages one axis, or tell nothing.
+        order.sizes[0] = pages;
+    }
+    let [depth, channels, times] = order.sizes;
+    if order.count().is_none_or(|count| count > pages) {
+        return Err(unsupported(format!(
+            "the OME description names {depth} slices of {channels} channel(s) at {times} time(s), but the file has \
+             {pages} pages: planes in further files are not read; save them all as one file"
+        )));
+    }
+    let known = pixels
+        .children()
+        .filter(|node| node.has_tag_name("Channel"))
+        .map(channel)
+        .chain(std::iter::repeat(ImageChannel::default()));
+    let axes = ImageAxes {
+        channels: known.take(channels).collect(),
+        times,
+    };
+    Ok(Notes {
+        spacing,
+        axes: axes.without_equal_colours(),
+        depth,
+        pages: pages_of_planes(pixels, &order, pages)?,
+    })
+}
+
+/// The channel of an element.
+fn channel(node: Node) -> ImageChannel {
+    let named = node.attribute("Name").or(node.attribute("Fluor"));
+    let name = named.map(str::trim).filter(|name| !name.is_empty());
+    // A signed number of 32 bits: red, green, blue and alpha, a byte each.
+    let rgba = node
+        .attribute("Color")
+        .and_then(|text| text.parse::<i32>().ok());
+    ImageChannel {
+        name: name.map(str::to_owned),
+        rgb: rgba.map(|rgba| {
+            let [red, green, blue, _] = rgba.to_be_bytes();
+            [red, green, blue]
+        }),
+        ..ImageChannel::default()
+    }
+}
+
+/// The pages of all planes, z fastest, then the channels, then the times.
+fn pages_of_planes(pixels: Node, order: &Order, pages: usize) -> Result<Vec<usize>, Fault> {
+    let blocks: Vec<Node> = pixels
+        .children()
+        .filter(|node| node.has_tag_name("TiffData"))
+        .collect();
+    let files: BTreeSet<&str> = blocks
+        .iter()
+        .flat_map(Node::children)
+        .filter(|node| node.has_tag_name("UUID"))
+        .filter_map(|node| node.text())
+        .collect();
+    if files.len() > 1 {
+        return Err(unsupported(format!(
+            "its planes lie in {} files: save them all as one file",
+            files.len()
+        )));
+    }
+    // Where nothing is said, pages follow one another in the order of the dimensions.
+    let mut page_of: Vec<Option<usize>> = vec![None; order.count().unwrap_or(0)];
+    for block in &blocks {
+        let first = |name: &str| whole(*block, name).unwrap_or(0);
+        let place = [first("FirstZ"), first("FirstC"), first("FirstT")];
+        if place.iter().zip(order.sizes).any(|(&at, size)| at >= size) {
+            return Err(Fault::Invalid(format!(
+                "TiffData places pages from z {}, channel {} and time {} on, which the image does not have",
+                place[0], place[1], place[2]
+            )));
+        }
+        let page = first("IFD");
+        let planes = match (whole(*block, "PlaneCount"), block.attribute("IFD")) {
+            (Some(count), _) => count,
+            (None, Some(_)) => 1,
+            (None, None) => pages,
+        };
+        let targets = page_of.iter_mut().skip(order.number(place));
+        for (number, target) in targets.take(planes).enumerate() {
+            *target = Some(page.saturating_add(number));
+        }
+    }
+    if blocks.is_empty() {
+        page_of = (0..page_of.len()).map(Some).collect();
+    }
+    let page = |number: usize| match page_of.get(number) {
+        Some(&Some(page)) if page < pages => Ok(page),
+        _ => Err(Fault::Invalid(format!(
+            "plane {number} of the OME description has no page in this file"
+        ))),
+    };
+    order.numbers().map(page).collect()
+}
+
+fn whole(node: Node, name: &str) -> Option<usize> {
+    node.attribute(name)?.parse().ok()
+}
+
+fn is_length(length: &f64) -> bool {
+    *length > 0.0 && length.is_finite()
+}
