@@ -215,3 +215,25 @@ def test_depth_types():
     disparity = 50 * 0.1 / metres
     found = fr.warp(grey, disparity, K, depth_kind="disparity", baseline=0.1, **shift)
     assert np.allclose(found, expected, atol=1e-4)
+
+
+def test_channels(codes):
+    """An axis of channels is drawn as its channels are, wherever it stands."""
+    channels = np.stack([codes, codes[::-1], codes // 2]).astype(np.uint8)
+    size = {"size": (64, 48), "orbit": (30, 20)}
+    first = fr.volsplat(channels, channel_axis=0, **size)
+    usual = fr.volsplat(channels, channel_axis=0, channel=["0:#00ffff", "1:#ff00ff", "2:#ffff00"], **size)
+    assert first.max() > 0.5
+    np.testing.assert_array_equal(first, usual)
+    for axis, moved in [(1, np.moveaxis(channels, 0, 1)), (-1, np.moveaxis(channels, 0, -1))]:
+        np.testing.assert_array_equal(fr.volsplat(moved, channel_axis=axis, **size), first)
+    # The first channel has a colour as the others do, and one may be left out.
+    green = fr.volsplat(channels, channel_axis=0, channel="0:green:0,100", **size)
+    assert green[..., 1].max() > 0.5 and green[..., 0].max() == 0
+    assert fr.volsplat(codes, channel="0:green", **size)[..., 0].max() == 0
+    with pytest.raises(ValueError, match="channel_axis= names the axis of channels"):
+        fr.volsplat(channels)
+    with pytest.raises(ValueError, match="expected four axes"):
+        fr.volsplat(codes, channel_axis=0)
+    with pytest.raises(ValueError, match="from 0 to 2"):
+        fr.volsplat(channels, channel_axis=0, channel="3:red")

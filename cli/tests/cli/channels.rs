@@ -158,3 +158,53 @@ fn what_needs_one_channel_says_which_there_are() {
     );
     assert_eq!(facts["channels"][2]["shown"], false);
 }
+
+/// An OME-TIFF of 16 slices of 16x16 pixels in two channels, DAPI and GFP: a ball in each, one beside the other.
+pub(super) fn ome_tiff() -> Vec<u8> {
+    const SIDE: usize = 16;
+    let text = "<OME><Image><Pixels SizeX=\"16\" SizeY=\"16\" SizeZ=\"16\" SizeC=\"2\" SizeT=\"1\" DimensionOrder=\"XYZCT\">\
+                <Channel Name=\"DAPI\" Color=\"65535\"/><Channel Name=\"GFP\" Color=\"16711935\"/></Pixels></Image></OME>\0";
+    let mut file = b"II*\0".to_vec();
+    let text_at = 8 + 32 * SIDE * SIDE;
+    let tables_at = (text_at + text.len()).next_multiple_of(2);
+    let table_bytes = 2 + 9 * 12 + 4;
+    file.extend((tables_at as u32).to_le_bytes());
+    for (channel, z) in (0..2 * SIDE).map(|page| (page / SIDE, page % SIDE)) {
+        for (x, y) in (0..SIDE * SIDE).map(|i| (i % SIDE, i / SIDE)) {
+            let centre = [5.0, 10.0][channel];
+            let offset = [x as f64 - centre, y as f64 - 7.5, z as f64 - 7.5];
+            let radius = offset.iter().map(|d| d * d).sum::<f64>().sqrt();
+            file.push(if radius < 5.0 { 200 } else { 10 });
+        }
+    }
+    file.extend(text.bytes());
+    file.resize(tables_at, 0);
+    for page in 0..2 * SIDE {
+        let text_tag = if page == 0 {
+            (270, 2, text.len(), text_at)
+        } else {
+            (270, 2, 4, 0)
+        };
+        let tags = [
+            (256, 4, 1, SIDE),
+            (257, 4, 1, SIDE),
+            (258, 3, 1, 8),
+            (259, 3, 1, 1),
+            (262, 3, 1, 1),
+            text_tag,
+            (273, 4, 1, 8 + page * SIDE * SIDE),
+            (278, 4, 1, SIDE),
+            (279, 4, 1, SIDE * SIDE),
+        ];
+        file.extend((tags.len() as u16).to_le_bytes());
+        for (tag, kind, count, value) in tags {
+            file.extend((tag as u16).to_le_bytes());
+            file.extend((kind as u16).to_le_bytes());
+            file.extend((count as u32).to_le_bytes());
+            file.extend((value as u32).to_le_bytes());
+        }
+        let next = tables_at + (page + 1) * table_bytes;
+        file.extend((if page + 1 < 2 * SIDE { next as u32 } else { 0 }).to_le_bytes());
+    }
+    file
+}

@@ -135,6 +135,7 @@ fn bench() -> Bench {
     bench.write("calib.txt", calibration.as_bytes());
     bench.write("head.nrrd", &head());
     bench.write("helmet.glb", &helmet());
+    bench.write("cells.ome.tif", &super::channels::ome_tiff());
     bench.write("garden.ply", &super::gaussians::ply(0));
     // The content says that it is a scan, whatever the name says.
     bench.write("street.laz", super::points::ply().as_bytes());
