@@ -13,7 +13,7 @@ use volsplat::transfer::{ChannelColours, ChannelStyle, ColourKnot, ColourMap, Da
 use volsplat::{Described, LabelTable, LargeVolume, TransferFunction, Volume};
 
 use crate::args::{LookWords, OrderName, VolsplatArgs};
-use crate::look::Place;
+use crate::look::file_channel::Place;
 use crate::look::transfer as typed_transfer;
 use crate::look::transfer::Suggested;
 use crate::values;

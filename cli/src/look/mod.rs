@@ -1,18 +1,21 @@
 //! The look of a volume: takes typed options and the facts of the data, returns transfer functions, light and blending.
 //!
 //! [`decide`] computes the whole look; drawing uses it unchanged. `options` translates typed options; `transfer` makes the function of
-//! one volume, and the light and blending that go with it; `channel_look` makes the look of a channel and of colour voxels.
+//! one volume, and the light and blending that go with it; `file_channel` says what is known of a channel, and `channel_look` makes its look and
+//! that of colour voxels.
 
 pub(crate) mod options;
 pub(crate) mod transfer;
+pub(crate) mod file_channel;
 pub(crate) mod channel_look;
 
 use anyhow::{Context, Result};
 use volsplat::input::ImageChannel;
 use volsplat::{Blend, Described, RenderOptions, TransferFunction};
 
-use crate::args::{ChannelArgs, Given, LookWords, RayBlend, RenderArgs, VolsplatArgs};
+use crate::args::{Given, LookWords, RayBlend, RenderArgs, VolsplatArgs};
 use crate::look::channel_look::{ChannelLook, Values};
+use crate::look::file_channel::{FileChannel, Place, ShownChannel};
 use crate::look::transfer::Suggested;
 use crate::output::Format;
 
@@ -41,7 +44,7 @@ pub(crate) struct Channel<'a> {
 pub(crate) enum LookSource {
     /// The options of the transfer function, or the data.
     Data,
-    /// A channel of the file: what was typed for it, and what the file says.
+    /// A channel of the file, by its words and by the file's own description.
     Channel(FileChannel),
     /// The word of an `--also`, counted from 0.
     Also(usize),
@@ -51,36 +54,6 @@ pub(crate) enum LookSource {
     ColourOpacity,
     /// Red, green or blue of voxels that are colours, counted from 0.
     Tint(usize),
-}
-
-/// A channel of a file that is drawn.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct FileChannel {
-    /// Its number in the file, counted from 0.
-    pub(crate) number: usize,
-    /// Its place among the channels of the file.
-    pub(crate) place: Place,
-    /// What was typed for it, counted from 0; `None` where nothing was.
-    pub(crate) typed: Option<usize>,
-    /// Returns false for a component of vectors.
-    pub(crate) is_of_image: bool,
-    /// What the file says.
-    pub(crate) known: ImageChannel,
-}
-
-/// A place in a row of channels, for the usual colours.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Place {
-    pub(crate) number: usize,
-    pub(crate) count: usize,
-}
-
-/// A channel of the file as it is drawn, in words that draw it again.
-#[derive(Clone, Debug)]
-pub(crate) struct ShownChannel {
-    pub(crate) number: usize,
-    pub(crate) name: Option<String>,
-    pub(crate) look: LookWords,
 }
 
 /// Decides the look of all channels, and how frames are drawn. The first channel gives the picture its grid.
@@ -198,26 +171,6 @@ fn channel_look(
             let function = volsplat::transfer::tint(*component, volume);
             Ok((ChannelLook::Tint(function), Suggested::default()))
         }
-    }
-}
-
-impl Place {
-    /// The only channel.
-    pub(crate) const ALONE: Self = Self {
-        number: 0,
-        count: 1,
-    };
-}
-
-impl FileChannel {
-    /// Which of the typed looks is its own: that which it was read for, or the one of the same number where looks were typed later.
-    fn place_in(&self, typed: &ChannelArgs) -> Option<usize> {
-        let number = self.number.to_string();
-        let of_number = || {
-            let mut looks = typed.components.iter();
-            looks.position(|look| look.channel == number)
-        };
-        self.typed.or_else(of_number)
     }
 }
 

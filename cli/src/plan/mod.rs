@@ -353,7 +353,7 @@ fn framed(
     let views: Vec<View> = framing::turned(&fitting, steps.min(FITTED_STEPS)).collect();
     let extent = fit(extent, &views, measure)?;
     framing::turned(&view, steps)
-        .map(|view| framing::frame(&extent, &view))
+        .map(|view| Ok(framing::frame(&extent, &view)?))
         .collect()
 }
 

@@ -9,10 +9,10 @@ use volsplat::Subpixels;
 
 use super::ladder::{Ladder, Rung};
 use super::pilot::{Pilot, PlannedScene, View, preview_camera};
-use super::windows::Cells;
 use crate::measure::Rendered;
 use crate::open::setting::{Choices, Setting, VolumeChoice};
 use crate::planner::pilot::Candidate;
+use resample_core::metrics::windows::Cells;
 
 /// Pictures of up to so many pixels along a side are compared as a whole: at half of the pixels the rims of plates have other contrast,
 /// and windows missed them. Of larger ones previews are, because whole pictures would cost more than windows.

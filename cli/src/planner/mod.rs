@@ -1,7 +1,7 @@
 //! The planner: from an error or a time that was asked for to settings, for this scene and these cameras.
 //!
 //! 1. ladder: the settings that may be chosen, from cheap to exact, and the default among them (`ladder`);
-//! 2. pilot: a small preview of some pictures shows where they have contrast; small windows stand there (`windows`), in
+//! 2. pilot: a small preview of some pictures shows where they have contrast; small windows stand there (`metrics::windows` of the core), in
 //!    which the exact setting and the candidates are drawn (`pilot`);
 //! 3. search: the default first, then up the ladder until a setting keeps the bound, or down it while one does
 //!    (`search`); errors of whole pictures are predicted from those of windows with a margin (`estimate`);
@@ -13,7 +13,6 @@
 //! estimate with a margin, not a proof.
 
 mod ladder;
-mod windows;
 mod pilot;
 mod compared;
 mod estimate;

@@ -15,9 +15,9 @@ use crate::open::setting::{Choices, Setting};
 use crate::open::{Opened, Parts};
 use crate::planner::estimate::{MOST_VIEWS, ViewErrors, WindowError};
 use crate::planner::ladder::{Ladder, Rung};
-use crate::planner::windows::{COVERED, Cells, TrialWindow, pixels};
 use crate::process::report::Cost;
 use crate::values::{Bound, BoundMetric};
+use resample_core::metrics::windows::{COVERED, Cells, TrialWindow, pixels};
 
 /// A scene, its pictures, and the setting that was typed.
 pub(super) struct PlannedScene<'a> {
@@ -184,7 +184,7 @@ impl Pilot {
             let Some(mut cells) = previews.seen.remove(&place) else {
                 continue;
             };
-            if cells.len() > 0 {
+            if cells.count() > 0 {
                 cells = match effort.steps {
                     Steps::Compared => pilot.compared(scene, ladder, &cells)?,
                     Steps::Ranked => pilot.ranked(scene, ladder, &cells)?,
@@ -364,7 +364,7 @@ impl Pilot {
                 })
                 .collect(),
             covered_px: view.cells.covered_px,
-            cells: view.cells.len(),
+            cells: view.cells.count(),
             mean_square_change: view.cells.mean_square_change().filter(|_| is_own),
             change: view.cells.change(),
             change_behind: view.cells.change_behind(&view.windows),

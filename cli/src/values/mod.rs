@@ -19,6 +19,7 @@ mod part;
 pub use crate::values::part::{IntrinsicsWord, Sway, bytes, intrinsics, sway};
 pub use bound::{Bound, BoundMetric, bound, metric_bound, time_ms};
 pub use part::{FrameRange, TileWord, frames, tile};
+pub use resample_core::camera::orbit::{Orbit, Size};
 pub use warp3d::multiview::Grid;
 
 /// Most views along a side of a grid: more than any light-field screen shows.
@@ -28,26 +29,6 @@ const MAX_GRID_SIDE: u32 = 64;
 pub fn word(choice: impl ValueEnum) -> String {
     let value = choice.to_possible_value();
     value.map_or_else(String::new, |value| value.get_name().to_owned())
-}
-
-/// A picture size, px.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Size {
-    /// Width, px.
-    pub width: u32,
-    /// Height, px.
-    pub height: u32,
-}
-
-/// The place of the eye around its target.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Orbit {
-    /// Turn around the up axis, degrees; 0 is the front, positive moves the eye to the right.
-    pub azimuth_deg: f64,
-    /// Angle above the horizon, degrees, -90 to 90.
-    pub elevation_deg: f64,
-    /// Multiple of the distance that just fits the view, above 0.
-    pub distance: f64,
 }
 
 /// A signed world axis.

@@ -8,8 +8,9 @@ use volsplat::transfer::{ColourMap, Histogram, Preset};
 use volsplat::{Blend, Described, Shading, TransferFunction};
 
 use crate::args::{ColourBy, Drawing, RayBlend, TransferArgs, VolsplatArgs};
+use crate::look::file_channel::ShownChannel;
 use crate::look::transfer::Suggested;
-use crate::look::{ShownChannel, channel_look, transfer};
+use crate::look::{channel_look, transfer};
 use crate::open::volume::OpenVolume;
 use crate::values::word;
 

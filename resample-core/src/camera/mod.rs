@@ -5,6 +5,7 @@
 //! hold in f32 is already relative to the eye. Other conventions are converted at the edge, by the constructors.
 
 pub mod framing;
+pub mod orbit;
 pub mod spline;
 pub mod view;
 

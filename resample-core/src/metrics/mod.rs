@@ -16,6 +16,7 @@ mod patterns;
 pub mod ssim;
 #[cfg(test)]
 mod tests;
+pub mod windows;
 
 use crate::Image;
 use crate::metrics::inputs::{check_mask, check_pair};

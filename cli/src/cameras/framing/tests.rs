@@ -1,12 +1,14 @@
 //! Framing: what must be in the picture is, from every side and through every lens.
 
-use glam::{DAffine3, DVec2};
+use glam::{DAffine3, DVec2, DVec3, Vec3Swizzles};
+use resample_core::Camera;
 use volsplat::Volume;
 use volsplat::volume::Voxels;
 
 use super::volume::{grid_bounds, stance};
 use super::*;
 use crate::cameras::framing::{FILL, fit, seen_points};
+use crate::values::{Orbit, Size};
 
 const BOX: [DVec3; 2] = [DVec3::new(10.0, -4.0, 3.0), DVec3::new(14.0, 2.0, 5.0)];
 const LENSES: [Lens; 2] = [Lens::Perspective { fov_y_deg: 40.0 }, Lens::Orthographic];
@@ -283,7 +285,7 @@ fn a_turntable_steps_evenly_on_one_circle() {
 
 /// The extent that shows the corners of the box in these views.
 fn fitted(views: &[View]) -> Extent {
-    let mut measure = |camera: &Camera| Ok(seen_points(camera, corners()));
+    let mut measure = |camera: &Camera| Ok::<_, anyhow::Error>(seen_points(camera, corners()));
     fit(&Extent::of_box(BOX), views, &mut measure).expect("good views")
 }
 
@@ -349,7 +351,7 @@ fn a_very_wide_view_shows_all() {
 
 #[test]
 fn where_nothing_is_seen_all_is_framed() {
-    let mut nothing = |_: &Camera| Ok(None);
+    let mut nothing = |_: &Camera| Ok::<_, anyhow::Error>(None);
     let extent = Extent::of_box(BOX);
     let views = [view(LENSES[0])];
     let fitted = fit(&extent, &views, &mut nothing).expect("good views");

@@ -1,4 +1,4 @@
-//! Which channels of a file are drawn: those that were typed, by number or name, or all that the file shows.
+//! Chooses the channels of a file that are drawn: those that were typed, by number or name, or all that the file shows.
 //!
 //! Takes the arguments and the axes of the file, returns the channels; none where the file is one scalar a voxel and nobody typed one.
 
@@ -7,8 +7,8 @@ use volsplat::LoadOptions;
 use volsplat::input::{ImageAxes, ImageChannel};
 
 use crate::args::{ComponentLook, VolsplatArgs};
+use crate::look::file_channel::{FileChannel, Place};
 use crate::look::transfer::is_typed;
-use crate::look::{FileChannel, Place};
 
 /// Most channels that are drawn where nobody chose: as many as there are usual colours.
 const MOST_CHANNELS: usize = 7;

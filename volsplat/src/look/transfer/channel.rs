@@ -40,7 +40,7 @@ pub const EMISSION_OPACITY: f64 = 0.5;
 /// Knots of the curve of brightness: straight pieces between them miss it by at most 1/2000 at gamma 1.
 const CURVE_KNOTS: u32 = 32;
 
-/// Display colours (sRGB) of channels that bring none, by the number of channels: two are told apart by all eyes, and of more the first three
+/// Display colours (sRGB) of channels that bring none, by the number of channels: all eyes tell two apart, and of more the first three
 /// mix to all hues.
 const PAIR: [[u8; 3]; 2] = [[0, 255, 0], [255, 0, 255]];
 const SEVERAL: [[u8; 3]; 7] = [
@@ -74,7 +74,7 @@ impl ChannelStyle {
         }
     }
 
-    /// The window, that of the data where none is given.
+    /// The given window, else that of the data.
     pub fn window_of(&self, histogram: &Histogram) -> [f64; 2] {
         self.window.unwrap_or_else(|| {
             let (least, most) = histogram.range();

@@ -1,4 +1,4 @@
-//! What a file holds beside one scalar a voxel: colours, several arrays, channels and points in time.
+//! The content of a file beside one scalar a voxel: colours, several arrays, channels and points in time.
 //!
 //! Voxels that are colours have three or four bytes each, red first. Takes a path and the options of reading; the header alone tells whether there are colours. They are read in one pass, and drawn as tints over one more channel, which gives the opacity.
 

@@ -93,7 +93,7 @@ pub(crate) fn load(
     })
 }
 
-/// The directories of one of `files`, and what it says about its pages. Of several files each is a slice, whatever it says.
+/// The directories of one of `files`, and the description of its pages. Of several files each is a slice, whatever its description.
 fn described(path: &Path, files: usize) -> Result<(Pages, Notes), Error> {
     let pages = Pages::look_at(path, files)?;
     let notes = Notes::of(&pages.first, pages.count, pages.kind.components);
@@ -104,7 +104,7 @@ fn described(path: &Path, files: usize) -> Result<(Pages, Notes), Error> {
     Ok((pages, notes))
 }
 
-/// What is read of a file.
+/// The pages and components that are read of a file.
 struct Part<'a> {
     pages: &'a Pages,
     spacing: [f64; 3],

@@ -11,7 +11,7 @@ use crate::input::axes;
 use crate::input::axes::{ImageAxes, ImageChannel};
 use crate::input::file::{Fault, excerpt, unsupported};
 
-/// What the first page of a file tells about all of them.
+/// The tags of the first page that speak of all pages.
 #[derive(Default)]
 pub(crate) struct FirstPage {
     /// ImageDescription.
@@ -22,7 +22,7 @@ pub(crate) struct FirstPage {
     pub(crate) image_j: Option<(Vec<u8>, Vec<u32>)>,
 }
 
-/// What a file says about its pages.
+/// The description of the pages of a file.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Notes {
     /// World distance between voxels along x, y and z: 1 where nothing is known.

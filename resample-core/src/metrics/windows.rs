@@ -6,11 +6,11 @@
 //! Corput, so that any number of them spreads over the picture. No chance is involved: the same picture gives the same
 //! windows.
 
-use resample_core::{Camera, Image};
+use crate::{Camera, Image};
 
 /// The cells of a picture that show something.
 #[derive(Clone, Debug)]
-pub(super) struct Cells {
+pub struct Cells {
     /// Their left upper pixels, row by row, each with the sum of the counts up to and with its own.
     list: Vec<([u32; 2], f64)>,
     /// The sum of the squared changes of each between two settings; empty where these were not compared.
@@ -25,24 +25,25 @@ pub(super) struct Cells {
     /// first. Empty where they are drawn.
     ranks: Vec<(f64, usize)>,
     /// Pixels of the picture that are covered.
-    pub(super) covered_px: f64,
+    pub covered_px: f64,
     /// Contrast for each covered pixel.
-    pub(super) contrast: f64,
+    pub contrast: f64,
 }
 
 /// A part of a picture.
 #[derive(Clone, Debug)]
-pub(super) struct TrialWindow {
-    pub(super) camera: Camera,
+pub struct TrialWindow {
+    /// Draws the window.
+    pub camera: Camera,
     /// The left upper pixel of its cell.
-    pub(super) at: [u32; 2],
+    pub at: [u32; 2],
     /// The chance with which a draw takes this cell.
-    pub(super) chance: f64,
+    pub chance: f64,
     /// How often it was drawn.
-    pub(super) draws: usize,
+    pub draws: usize,
     /// The change of its pixels between two settings, where these were compared: the largest where cells are ranked by it, else
     /// the sum of squares.
-    pub(super) change: Option<f64>,
+    pub change: Option<f64>,
 }
 
 /// Share of the count that a covered cell has without contrast, of the mean: flat parts hold little error, but not none.
@@ -50,19 +51,14 @@ pub(super) struct TrialWindow {
 const FLOOR: f64 = 0.25;
 
 /// Smallest part of alpha that counts as covered, as in the figures of `resample compare`.
-pub(super) const COVERED: f32 = 1.0 / 255.0;
+pub const COVERED: f32 = 1.0 / 255.0;
 
 impl Cells {
     /// The covered cells of this side, after a preview of the picture.
     ///
     /// `steps` has them by the error of long steps: the preview under another setting, where one was drawn. Contrast shows where
     /// pixels are too few, and not where steps are: in thin parts, and along a spacing that is unlike the others.
-    pub(super) fn new(
-        camera: &Camera,
-        preview: &Image,
-        steps: Option<&Image>,
-        side_px: u32,
-    ) -> Self {
+    pub fn new(camera: &Camera, preview: &Image, steps: Option<&Image>, side_px: u32) -> Self {
         let columns = camera.width.div_ceil(side_px);
         let corners = (0..columns * camera.height.div_ceil(side_px))
             .map(|index| [index % columns * side_px, index / columns * side_px]);
@@ -103,19 +99,19 @@ impl Cells {
     }
 
     /// The cells of the same picture after its preview under another setting too.
-    pub(super) fn with_steps(&self, preview: &Image, steps: &Image) -> Self {
+    pub fn with_steps(&self, preview: &Image, steps: &Image) -> Self {
         Self::new(&self.camera, preview, Some(steps), self.side_px)
     }
 
     /// The cells of the same picture after another drawing of it.
-    pub(super) fn of(&self, image: &Image) -> Self {
+    pub fn of(&self, image: &Image) -> Self {
         Self::new(&self.camera, image, None, self.side_px)
     }
 
     /// Ranks the cells by the largest change of one pixel between two settings' pictures of all pixels: where the largest error is asked
     /// for, all pixels were looked at, and only the cells that change most are drawn with the exact setting. Windows have a margin of the
     /// pixels that are not compared, so that no pixel of a cell is missed.
-    pub(super) fn rank(&mut self, image: &Image, other: &Image, margin_px: u32) {
+    pub fn rank(&mut self, image: &Image, other: &Image, margin_px: u32) {
         let change = |(place, (at, _)): (usize, &([u32; 2], f64))| {
             let end = |k: usize, length: u32| (at[k] + self.side_px).min(length) as usize;
             let columns = [at[0] as usize, end(0, self.camera.width)];
@@ -129,13 +125,13 @@ impl Cells {
     }
 
     /// Has the changes between two other settings stand for those of before; chances stay as they are.
-    pub(super) fn recompare(&mut self, image: &Image, other: &Image) {
+    pub fn recompare(&mut self, image: &Image, other: &Image) {
         self.recompare_cells(image, other);
         self.whole_change = whole_change(image, other, &self.camera);
     }
 
     /// The same for what windows miss alone: the change of the whole picture stays that of before.
-    pub(super) fn recompare_cells(&mut self, image: &Image, other: &Image) {
+    pub fn recompare_cells(&mut self, image: &Image, other: &Image) {
         let of = |&(at, _): &([u32; 2], f64)| {
             change(
                 image,
@@ -148,7 +144,7 @@ impl Cells {
 
     /// Adds the error of steps to the change of the whole picture: the change from twice the step, over three. A rule of second order
     /// errs by a third of it; at a narrow peak the order is lower, and the error larger.
-    pub(super) fn add_steps(&mut self, image: &Image, long: &Image) {
+    pub fn add_steps(&mut self, image: &Image, long: &Image) {
         /// The square of three.
         const SQUARED: f64 = 9.0;
         let steps = whole_change(image, long, &self.camera);
@@ -158,7 +154,7 @@ impl Cells {
     }
 
     /// The change of the cell that begins at a pixel; `None` where two settings were not compared.
-    pub(super) fn change_at(&self, at: [u32; 2]) -> Option<f64> {
+    pub fn change_at(&self, at: [u32; 2]) -> Option<f64> {
         let place = self.list.iter().position(|(corner, _)| *corner == at)?;
         if self.is_ranked() {
             let mut ranks = self.ranks.iter();
@@ -169,23 +165,23 @@ impl Cells {
 
     /// The mean square of the change between two settings over the covered pixels' red, green and blue; `None` where not all of the
     /// picture's own pixels were compared.
-    pub(super) fn mean_square_change(&self) -> Option<f64> {
+    pub fn mean_square_change(&self) -> Option<f64> {
         let change = self.whole_change?;
         Some(change / (3.0 * self.covered_px.max(1.0)))
     }
 
     /// The sum of the squared changes of all cells; `None` where two settings were not compared.
-    pub(super) fn change(&self) -> Option<f64> {
+    pub fn change(&self) -> Option<f64> {
         (!self.changes.is_empty()).then(|| self.changes.iter().sum())
     }
 
     /// Returns true if windows follow the largest changes.
-    pub(super) fn is_ranked(&self) -> bool {
+    pub fn is_ranked(&self) -> bool {
         !self.ranks.is_empty()
     }
 
     /// The window of the cell with the largest change among those that no window shows; `None` where all are shown.
-    pub(super) fn next_in_rank(&self, windows: &[TrialWindow]) -> Option<TrialWindow> {
+    pub fn next_in_rank(&self, windows: &[TrialWindow]) -> Option<TrialWindow> {
         let is_shown = |at: [u32; 2]| windows.iter().any(|window| window.at == at);
         let mut ranks = self
             .ranks
@@ -202,23 +198,23 @@ impl Cells {
     }
 
     /// The largest change of a pixel in the cells that no window shows; `None` where cells are not ranked.
-    pub(super) fn change_behind(&self, windows: &[TrialWindow]) -> Option<f64> {
+    pub fn change_behind(&self, windows: &[TrialWindow]) -> Option<f64> {
         let next = || self.next_in_rank(windows).and_then(|window| window.change);
         self.is_ranked().then(|| next().unwrap_or_default())
     }
 
     /// The camera of the whole picture.
-    pub(super) fn camera(&self) -> &Camera {
+    pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
     /// How many there are.
-    pub(super) fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.list.len()
     }
 
     /// The window of a draw; `None` where nothing is shown.
-    pub(super) fn window(&self, draw: usize) -> Option<TrialWindow> {
+    pub fn window(&self, draw: usize) -> Option<TrialWindow> {
         let &(_, total) = self.list.last()?;
         let target = van_der_corput(draw) * total;
         let place = self.list.partition_point(|(_, passed)| *passed <= target);
@@ -235,7 +231,7 @@ impl Cells {
 }
 
 /// Pixels of a picture.
-pub(super) fn pixels(camera: &Camera) -> f64 {
+pub fn pixels(camera: &Camera) -> f64 {
     f64::from(camera.width) * f64::from(camera.height)
 }
 
@@ -325,8 +321,8 @@ fn van_der_corput(index: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use crate::LookAt;
     use glam::DVec3;
-    use resample_core::LookAt;
 
     use super::*;
 
@@ -356,7 +352,7 @@ mod tests {
     fn windows_stand_on_what_is_covered_and_mostly_on_contrast() {
         // The preview stands for a picture of four times as many pixels.
         let cells = Cells::new(&camera(2), &picture(), None, 32);
-        assert_eq!(cells.len(), 9, "the right half, and cells beside it");
+        assert_eq!(cells.count(), 9, "the right half, and cells beside it");
         assert_eq!(cells.covered_px, 4.0 * 1536.0);
         let windows: Vec<TrialWindow> = (0..16).filter_map(|draw| cells.window(draw)).collect();
         let above = windows
