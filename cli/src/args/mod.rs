@@ -18,7 +18,7 @@ pub use crate::args::volume::{
 };
 
 use crate::values::input_file::{HeldVolumes, InputFile, Source};
-use crate::values::{self, Axis, BackgroundWord, Orbit, Size, input_file};
+use crate::values::{self, Axis, BackgroundWord, LookOf, Orbit, Size, input_file};
 
 mod drawing;
 mod gaussians;
@@ -126,8 +126,9 @@ pub struct VolsplatArgs {
     ///
     /// The format is detected by the content: NRRD, MetaImage, NIfTI, MGH, NumPy .npy, VTK .vti and .vtk, TIFF stacks, slices in PNG
     /// or JPEG, DICOM or OME-Zarr. A file without a known header is raw and needs --dims and --type. Parts are series=UID (DICOM),
-    /// array=NAME (VTK), component=N, time=N (NIfTI, MGH, OME-Zarr) and level=N (OME-Zarr), counted from 0 and separated by
-    /// commas: image.zarr#level=2,time=5. A file of 3-D Gaussians is drawn as by `resample gaussians`, whose options it then has.
+    /// array=NAME (VTK), component=N, time=N (NIfTI, MGH, TIFF, OME-Zarr) and level=N (OME-Zarr), counted from 0 and separated by
+    /// commas: image.zarr#level=2,time=5. A volume over time is a pattern such as 't%04d.vti' or 't*.npy', a list (.txt), or time=all or
+    /// time=A..B, and gives a picture for each step. A file of 3-D Gaussians is drawn as by `resample gaussians`, whose options it then has.
     #[arg(value_name = "VOLUME[#PART]", value_parser = input_file::parser())]
     pub input: InputFile,
     /// Picture to write, .png, .jpg or .exr, or - for the standard output; a pattern such as %04d is replaced by the number of the picture
@@ -157,6 +158,9 @@ pub struct VolsplatArgs {
     /// How many pictures there are.
     #[command(flatten)]
     pub sequence: SequenceArgs,
+    /// The step of a volume over time that decides look and view, counted from 0; all: the values of all of them
+    #[arg(long, value_name = "all|STEP", value_parser = values::look_of, default_value = "all", help_heading = "Several pictures")]
+    pub look_of: LookOf,
     /// How it is drawn.
     #[command(flatten)]
     pub render: Given<RenderArgs>,

@@ -10,6 +10,7 @@ use resample_core::image::linear_from_srgb;
 use volsplat::input::ImageChannel;
 use volsplat::transfer;
 use volsplat::transfer::{ChannelColours, ChannelStyle, ColourKnot, ColourMap, DataKind, FileLook};
+use volsplat::volume::Steps;
 use volsplat::{Described, LabelTable, LargeVolume, TransferFunction, Volume};
 
 use crate::args::{LookWords, OrderName, VolsplatArgs};
@@ -25,6 +26,8 @@ pub(crate) enum Values<'a> {
     Memory(&'a Volume),
     /// The voxels stay in their file.
     Stored(&'a LargeVolume),
+    /// All steps of a volume over time, and one of them.
+    Steps(&'a Steps, &'a Volume),
 }
 
 impl<'a> Values<'a> {
@@ -33,6 +36,7 @@ impl<'a> Values<'a> {
         match self {
             Self::Memory(volume) => volume,
             Self::Stored(volume) => volume,
+            Self::Steps(steps, _) => steps,
         }
     }
 }
@@ -81,7 +85,9 @@ pub(super) fn of_data(args: &VolsplatArgs, values: Values) -> Result<(ChannelLoo
     }
     let histogram = values.described().histogram();
     let kind = match values {
-        Values::Memory(volume) => DataKind::of_volume(volume, &histogram),
+        Values::Memory(volume) | Values::Steps(_, volume) => {
+            DataKind::of_volume(volume, &histogram)
+        }
         Values::Stored(volume) => DataKind::of(volume, &histogram),
     };
     if typed_transfer::are_labels(args, kind) {

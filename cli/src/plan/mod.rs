@@ -109,7 +109,7 @@ impl Plan {
             cameras,
             PlannedCameras::File(CameraFile::List(_)) | PlannedCameras::Path(..)
         );
-        let several = list || request.sequence.turntable.is_some();
+        let several = list || request.sequence.turntable.is_some() || request.steps > 0;
         let pictures = if several {
             Pictures::Several
         } else {
@@ -178,6 +178,11 @@ impl Plan {
             PlannedCameras::Path(path, pictures) => path
                 .cameras(pictures, |camera| camera.for_bounds(extent.bounds))
                 .with_context(|| named(&request.sequence.path))?,
+        };
+        let cameras = match cameras[..] {
+            // One camera looks at all steps.
+            [camera] if request.steps > 0 => vec![camera; request.steps],
+            _ => cameras,
         };
         self.checked(cameras)
     }

@@ -18,6 +18,8 @@ pub(crate) struct Request<'a> {
     pub camera: &'a CameraArgs,
     /// How many pictures there are.
     pub sequence: &'a SequenceArgs,
+    /// Steps of a scene that changes from picture to picture; 0 for one that rests.
+    pub steps: usize,
     /// How they are written.
     pub picture: &'a PictureArgs,
     /// The fields that the keys of a path may have.

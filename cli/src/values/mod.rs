@@ -18,7 +18,7 @@ mod part;
 
 pub use crate::values::part::{IntrinsicsWord, Sway, bytes, intrinsics, sway};
 pub use bound::{Bound, BoundMetric, bound, metric_bound, time_ms};
-pub use part::{FrameRange, TileWord, frames, tile};
+pub use part::{FrameRange, LookOf, TileWord, frames, look_of, tile};
 pub use resample_core::camera::orbit::{Orbit, Size};
 pub use warp3d::multiview::Grid;
 

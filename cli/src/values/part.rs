@@ -5,6 +5,25 @@ use std::path::{Path, PathBuf};
 
 use crate::values::{Grid, finite, positive};
 
+/// The step of a volume over time that decides its look.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LookOf {
+    /// All of them.
+    #[default]
+    All,
+    /// The step of this number, counted from 0.
+    Step(usize),
+}
+
+/// `--look-of`.
+pub fn look_of(text: &str) -> Result<LookOf, String> {
+    match (text, text.parse()) {
+        ("all", _) => Ok(LookOf::All),
+        (_, Ok(step)) => Ok(LookOf::Step(step)),
+        _ => Err("expected all, or the number of a step, counted from 0".to_owned()),
+    }
+}
+
 /// Pictures of a sequence by their numbers, the end not included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameRange {

@@ -1,4 +1,4 @@
-//! Slices that a shell has listed, as in `volsplat slices/*.png` without quotes.
+//! Slices and steps that a shell has listed, as in `volsplat slices/*.png` without quotes.
 //!
 //! Takes the words of a command line, gives them with such a list replaced by the pattern that names the same files.
 
@@ -7,8 +7,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 
-/// Endings of files that hold one slice each, in lower case.
-const ENDINGS: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "dcm"];
+/// Endings of files that hold a slice or a step each, in lower case.
+const ENDINGS: [&str; 17] = [
+    "png", "jpg", "jpeg", "tif", "tiff", "dcm", "npy", "vti", "vtk", "nrrd", "nhdr", "mha", "mhd",
+    "nii", "gz", "mgz", "raw",
+];
 
 /// Commands that draw or describe a volume.
 const OF_VOLUMES: [&str; 2] = ["volsplat", "view"];
@@ -47,7 +50,7 @@ fn is_slice(word: &OsString) -> bool {
 fn pattern_of(files: &[OsString]) -> Result<PathBuf> {
     let folder = Path::new(&files[0]).parent().unwrap_or(Path::new(""));
     let names: Vec<String> = files.iter().map(|file| name(Path::new(file))).collect();
-    let advice = "name the slices of a volume by their folder, or by a pattern in quotes such as 'slices/*.png'";
+    let advice = "name slices by their folder, and slices or steps by a pattern in quotes such as 'slices/*.png'";
     if files
         .iter()
         .any(|file| Path::new(file).parent() != Some(folder))

@@ -368,6 +368,7 @@ fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
         stats: args.stats.as_deref(),
         camera: &shared.camera,
         sequence: &shared.sequence,
+        steps: 0,
         picture: &args.picture,
         keys: KeyKind::Cameras,
         vector_level: args.render.options.vector_level,

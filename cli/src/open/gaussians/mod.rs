@@ -272,6 +272,7 @@ fn request(args: &GaussiansArgs) -> Request<'_> {
         stats: args.stats.as_deref(),
         camera: &args.camera,
         sequence: &args.sequence,
+        steps: 0,
         picture: &args.picture,
         keys: KeyKind::Cameras,
         vector_level: args.render.options.vector_level,

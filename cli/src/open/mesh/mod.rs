@@ -305,6 +305,7 @@ fn request(args: &TexmapArgs) -> Request<'_> {
         stats: args.stats.as_deref(),
         camera: &args.camera,
         sequence: &args.sequence,
+        steps: 0,
         picture: &args.picture,
         keys: KeyKind::Cameras,
         vector_level: args.render.options.simd,

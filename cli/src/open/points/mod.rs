@@ -333,6 +333,7 @@ fn request(args: &PointsArgs) -> Request<'_> {
         stats: args.stats.as_deref(),
         camera: &args.camera,
         sequence: &args.sequence,
+        steps: 0,
         picture: &args.picture,
         keys: KeyKind::Cameras,
         vector_level: SimdLevel::Auto,

@@ -11,26 +11,30 @@ use resample_io::Gate;
 use volsplat::input::{Format, format_of, peek};
 use volsplat::large::most_brick_bytes;
 use volsplat::{
-    Described, LabelLook, LargeVolume, LoadOptions, RenderOptions, Renderer, TransferFunction,
-    Volume,
+    Blend, Described, LabelLook, LargeVolume, LoadOptions, Order, RenderOptions, Renderer,
+    TransferFunction, Volume,
 };
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
 use crate::cameras::{framing, viewpoint};
 use crate::look;
-use crate::look::channel_look::Values;
+use crate::look::channel_look::{ChannelLook, Values};
 use crate::look::file_channel::ShownChannel;
 use crate::look::transfer::Suggested;
 use crate::look::{Look, LookSource, transfer};
 use crate::open::volume::file::load_options;
 use crate::open::volume::scene;
 use crate::open::volume::scene::Volumes;
+use crate::open::volume::step_values::StepValues;
+use crate::open::volume::time_steps::TimeSteps;
 use crate::output;
 use crate::process::report::{Progress, watch};
 
 /// The content to draw.
 pub(crate) struct Content {
     data: Data,
+    /// The values of all steps of a volume over time, of which the data are one.
+    steps: Option<StepValues>,
     /// How it looks.
     pub(crate) look: Look,
 }
@@ -44,9 +48,9 @@ enum Data {
 }
 
 impl Data {
-    fn channels(&self) -> Vec<look::Channel<'_>> {
+    fn channels<'a>(&'a self, steps: Option<&'a StepValues>) -> Vec<look::Channel<'a>> {
         match self {
-            Self::Memory(volumes) => volumes.channels(),
+            Self::Memory(volumes) => volumes.channels(steps),
             Self::Stored(volume) => vec![look::Channel {
                 values: Values::Stored(volume),
                 source: &LookSource::Data,
@@ -76,17 +80,53 @@ impl Content {
     pub(crate) fn load(
         args: &VolsplatArgs,
         (typed, format): (&RenderOptions, output::Format),
+        steps: Option<&TimeSteps>,
         gate: &Gate,
         progress: Progress,
     ) -> Result<Self> {
-        let data = load(args, typed, gate, progress)?;
-        let look = look::decide(args, format, &data.channels())?;
-        Ok(Self { data, look })
+        let data = match steps {
+            None => load(args, typed, gate, progress)?,
+            Some(_) => Data::Memory(scene::load(args, gate)?),
+        };
+        let steps = match (&data, steps) {
+            (Data::Memory(first), Some(steps)) => Some(steps.values(args, first, progress)?),
+            _ => None,
+        };
+        let look = look::decide(args, format, &data.channels(steps.as_ref()))?;
+        Ok(Self { data, steps, look })
+    }
+
+    /// Reads the volumes of another step, whose look is that of all.
+    pub(crate) fn read_step(&mut self, args: &VolsplatArgs) -> Result<()> {
+        let volumes = scene::load(args, &args.volume.reading.gate())?;
+        if volumes.all().count() != self.look.channels.len() {
+            bail!(
+                "{}: has another number of channels than the first step",
+                args.input
+            );
+        }
+        self.data = Data::Memory(volumes);
+        Ok(())
+    }
+
+    /// The box in the world around all that is visible in any step of a volume over time; `None` where there are no steps, or nothing is seen.
+    pub(crate) fn box_of_steps(&self) -> Option<[DVec3; 2]> {
+        let steps = self.steps.as_ref()?;
+        let shown = self.look.channels.iter().enumerate();
+        let boxes = shown.filter_map(|(place, look)| match (look, &self.look.options.order) {
+            (_, Order::Field(field)) if let Blend::Isosurface(surface) = &field.blend => {
+                steps.0[place].box_of_values(surface.value, f64::INFINITY)
+            }
+            (ChannelLook::Transfer(function), _) => steps.shown_box(place, function),
+            (ChannelLook::Labels(_), _) => steps.0[place].box_of_values(1.0, f64::INFINITY),
+            (ChannelLook::Tint(_), _) => None,
+        });
+        boxes.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
     }
 
     /// Takes the looks that the arguments name, for renderers that are made or changed from now on.
     pub(crate) fn decide(&mut self, args: &VolsplatArgs, format: output::Format) -> Result<()> {
-        self.look = look::decide(args, format, &self.data.channels())?;
+        self.look = look::decide(args, format, &self.data.channels(self.steps.as_ref()))?;
         Ok(())
     }
 

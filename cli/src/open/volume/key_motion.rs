@@ -94,6 +94,11 @@ impl VolumeMotion {
         Ok(())
     }
 
+    /// Has the next picture set its function again, for a renderer that is another one.
+    pub(crate) fn forget(&mut self) {
+        self.shown = None;
+    }
+
     /// The function of a picture; `None` where it stays.
     fn transfer(&self, number: usize) -> Option<TransferFunction> {
         Some(match self.transfer.as_ref()?.at(self.times_s[number]) {

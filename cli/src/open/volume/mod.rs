@@ -8,6 +8,8 @@ pub(crate) mod data;
 pub(crate) mod file;
 pub(crate) mod key_motion;
 pub(crate) mod scene;
+pub(crate) mod step_values;
+pub(crate) mod time_steps;
 mod record;
 mod open_scene;
 
@@ -33,16 +35,20 @@ use crate::look::transfer;
 use crate::look::transfer::Suggested;
 use crate::open::volume::data::{Content, Keeping};
 use crate::open::volume::key_motion::VolumeMotion;
+use crate::open::volume::time_steps::TimeSteps;
 use crate::picture::Drawn;
 use crate::plan::{Plan, Purpose, Request};
 use crate::process::report;
 use crate::process::report::{Account, Cost, Progress, RunStats, Verbosity, watch};
+use crate::values::input_file::InputFile;
 
 /// A volume that is read, ready to be drawn.
 pub(crate) struct OpenVolume {
     args: VolsplatArgs,
     plan: Plan,
     content: Content,
+    /// The steps of a volume over time.
+    steps: Option<TimeSteps>,
     keeping: Keeping,
     renderer: Renderer,
     /// Ends a frame that nobody waits for.
@@ -57,12 +63,25 @@ pub(crate) struct OpenVolume {
 impl OpenVolume {
     /// Checks the arguments, reads the volume, and classifies it.
     pub(crate) fn read(args: VolsplatArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
-        let plan = Plan::new(&request(&args))?;
+        let mut steps = TimeSteps::of(&args)?;
+        let plan = Plan::new(&request(&args, steps.as_ref()))?;
+        let mut args = args;
+        if let Some(several) = &steps {
+            args = several.args_of(0, &args);
+        }
+        if purpose == Purpose::Change
+            && let Some(several) = steps.take()
+        {
+            report::say(&format!(
+                "note: the first of {} steps is shown",
+                several.inputs.len()
+            ));
+        }
         let typed = look::typed_options(&args, plan.finish.format)?;
         plan.finish
             .format
             .layers(args.render.options.blend.layers.as_ref())?;
-        let mut open = loaded(args, &typed, (plan, purpose), verbosity.progress())?;
+        let mut open = loaded(args, &typed, (plan, purpose, steps), verbosity.progress())?;
         open.cameras = cameras(&mut open)?;
         if purpose != Purpose::Draw {
             open.check_still()?;
@@ -111,6 +130,7 @@ impl OpenVolume {
     /// The bounding box of the visible voxels, or of all voxels if no voxel is visible: its least and its greatest corner.
     fn visible_bounds_in_world(&self) -> [DVec3; 2] {
         let visible = self.renderer.visible_bounds_in_world();
+        let visible = self.content.box_of_steps().or(visible);
         let bounds = visible.unwrap_or_else(|| framing::volume::grid_bounds(self.content.first()));
         framing::volume::with_kernels(bounds, self.content.first())
     }
@@ -122,6 +142,11 @@ impl OpenVolume {
 
     /// Refuses what changes from picture to picture beside the camera.
     fn check_still(&self) -> Result<()> {
+        if self.steps.is_some() {
+            bail!(
+                "the steps of a volume over time change from picture to picture: choose settings for one of them"
+            );
+        }
         if self.motion.is_some() {
             bail!(
                 "only camera keys are supported here; remove volume changes from the --path file"
@@ -200,7 +225,8 @@ fn cost(stats: &FrameStats) -> Cost {
     }
 }
 
-fn request(args: &VolsplatArgs) -> Request<'_> {
+fn request<'a>(args: &'a VolsplatArgs, steps: Option<&'a TimeSteps>) -> Request<'a> {
+    let steps = steps.map_or(&[][..], |steps| &steps.inputs);
     let transfer = args.transfer.transfer.as_deref();
     Request {
         output: &args.output,
@@ -211,11 +237,16 @@ fn request(args: &VolsplatArgs) -> Request<'_> {
         keys: KeyKind::Volume,
         vector_level: args.render.options.vector_level,
         gate: args.volume.reading.gate(),
-        inputs: [Some(args.input.path.as_path()), transfer]
-            .into_iter()
-            .flatten()
-            .chain(scene::inputs(&args.scene))
-            .collect(),
+        steps: steps.len(),
+        inputs: [
+            Some(args.input.path.as_path()).filter(|_| steps.is_empty()),
+            transfer,
+        ]
+        .into_iter()
+        .flatten()
+        .chain(paths(steps))
+        .chain(scene::inputs(&args.scene))
+        .collect(),
         others: args
             .transfer
             .show_transfer
@@ -225,15 +256,28 @@ fn request(args: &VolsplatArgs) -> Request<'_> {
     }
 }
 
+/// The files of steps; of several points in time of one file that file once.
+fn paths(steps: &[InputFile]) -> impl Iterator<Item = &Path> {
+    let mut paths: Vec<&Path> = steps.iter().map(|step| step.path.as_path()).collect();
+    paths.dedup();
+    paths.into_iter()
+}
+
 /// All but the cameras.
 fn loaded(
     args: VolsplatArgs,
     typed: &RenderOptions,
-    (plan, purpose): (Plan, Purpose),
+    (plan, purpose, steps): (Plan, Purpose, Option<TimeSteps>),
     progress: Progress,
 ) -> Result<OpenVolume> {
     let start = Instant::now();
-    let mut content = Content::load(&args, (typed, plan.finish.format), plan.gate(), progress)?;
+    let mut content = Content::load(
+        &args,
+        (typed, plan.finish.format),
+        steps.as_ref(),
+        plan.gate(),
+        progress,
+    )?;
     let load_ms = report::ms_since(start);
     plan.gate()
         .remarks()
@@ -256,6 +300,7 @@ fn loaded(
         args,
         plan,
         content,
+        steps,
         keeping,
         renderer,
         stop: Stop::default(),
@@ -264,6 +309,24 @@ fn loaded(
         load_ms,
         classify_ms,
     })
+}
+
+/// Has the content and the renderer show the step of a picture. Returns true if the renderer is another one now.
+fn turn(
+    (steps, args): (&mut TimeSteps, &VolsplatArgs),
+    picture: (usize, usize),
+    content: &mut Content,
+    renderer: &mut Renderer,
+) -> Result<bool> {
+    let Some(step) = steps.turn_to(picture) else {
+        return Ok(false);
+    };
+    let args = steps.args_of(step, args);
+    content.read_step(&args)?;
+    *renderer = content
+        .renderer(Keeping::Shown, Progress::Hidden)
+        .with_context(|| format!("{}: cannot be drawn", args.input))?;
+    Ok(true)
 }
 
 /// Changes from picture to picture beside the camera; the content takes the mean of its looks.
@@ -294,18 +357,26 @@ fn cameras(open: &mut OpenVolume) -> Result<Vec<Camera>> {
         args,
         plan,
         content,
+        steps,
         renderer,
         ..
     } = open;
-    if renderer.visible_bounds_in_world().is_none() {
+    if steps.is_none() && renderer.visible_bounds_in_world().is_none() {
         let why = record::why_nothing(args, content.first());
         report::say(&format!("warning: nothing is visible: {why}"));
     }
     let stance =
         framing::volume::stance(content.first(), args.camera.up.map(|axis| axis.direction));
     let extent = Extent::of_box(bounds);
+    let request = request(args, steps.as_ref());
+    if steps.is_some() {
+        // A small picture shows one step, the box of the visible voxels holds all.
+        let corners = corners(bounds);
+        let mut measure = |camera: &Camera| Ok(seen_points(camera, corners.iter().copied()));
+        return plan.cameras(&request, (&extent, stance), &mut measure);
+    }
     fitted(renderer, &content.look.options, bounds, &mut |measure| {
-        plan.cameras(&request(args), (&extent, stance), measure)
+        plan.cameras(&request, (&extent, stance), measure)
     })
 }
 

@@ -10,7 +10,7 @@ use crate::args::Drawing;
 use crate::cameras::viewpoint;
 use crate::open::open_scene::{OpenScene, Parts, Probed};
 use crate::open::setting::Setting;
-use crate::open::volume::{OpenVolume, drawn, motion, request};
+use crate::open::volume::{OpenVolume, drawn, motion, request, turn};
 use crate::picture;
 use crate::picture::background::Background;
 use crate::picture::bands::Window;
@@ -64,7 +64,7 @@ impl OpenScene for OpenVolume {
         };
         let args = (**args).clone();
         let had_motion = self.motion.is_some();
-        self.plan = Plan::new(&request(&args))?;
+        self.plan = Plan::new(&request(&args, self.steps.as_ref()))?;
         match change {
             // A moving look is not that of the options any more.
             Change::Look => self.take(args)?,
@@ -81,6 +81,18 @@ impl OpenScene for OpenVolume {
     }
 
     fn turn_to(&mut self, number: usize) -> Result<()> {
+        if let Some(steps) = &mut self.steps {
+            let (content, renderer) = (&mut self.content, &mut self.renderer);
+            let is_other = turn(
+                (steps, &self.args),
+                (number, self.cameras.len()),
+                content,
+                renderer,
+            )?;
+            if let Some(motion) = self.motion.as_mut().filter(|_| is_other) {
+                motion.forget();
+            }
+        }
         match &mut self.motion {
             Some(motion) => motion.set(number, &mut self.renderer, &mut self.content),
             None => Ok(()),
@@ -135,7 +147,7 @@ impl OpenScene for OpenVolume {
         if open.args.sequence.part.tile.is_some() && !open.is_field() {
             bail!("--tile requires the field renderer; use --frames instead");
         }
-        let request = request(&open.args);
+        let request = request(&open.args, open.steps.as_ref());
         let layers = open
             .plan
             .finish
@@ -164,11 +176,28 @@ impl OpenScene for OpenVolume {
             Progress::Hidden
         };
         let mut renderer = open.renderer;
-        // The renderer holds a copy of the visible voxels. Only a look that changes between pictures needs the volume again.
-        let mut moving = open.motion.map(|motion| (motion, open.content));
+        // The renderer holds a copy of the visible voxels. Only a look or steps that change between pictures need the volume again.
+        let is_moving = open.motion.is_some() || open.steps.is_some();
+        let mut content = is_moving.then_some(open.content);
+        let (mut motion, mut turning) = (open.motion, open.steps.clone());
+        let count = open.cameras.len();
         let mut render = |shot: &Shot| {
-            if let Some((motion, content)) = &mut moving {
-                motion.set(shot.number, &mut renderer, content)?;
+            if let Some(content) = &mut content {
+                let is_other = match &mut turning {
+                    Some(steps) => turn(
+                        (steps, &open.args),
+                        (shot.number, count),
+                        content,
+                        &mut renderer,
+                    )?,
+                    None => false,
+                };
+                if let Some(motion) = &mut motion {
+                    if is_other {
+                        motion.forget();
+                    }
+                    motion.set(shot.number, &mut renderer, content)?;
+                }
             }
             picture::in_window(shot.camera, &shot.window, &mut |camera| {
                 let mut drawn = drawn(&mut renderer, camera, progress, &open.stop)?;

@@ -19,6 +19,7 @@ use crate::look::channel_look::{ChannelLook, Values};
 use crate::look::{Look, LookSource};
 use crate::open::volume::channels;
 use crate::open::volume::file::{load_options, with_part};
+use crate::open::volume::step_values::StepValues;
 use crate::process::report;
 use crate::values::input_file::InputFile;
 
@@ -116,13 +117,16 @@ fn main_channels(args: &VolsplatArgs, options: &LoadOptions) -> Result<Vec<Chann
 }
 
 impl Volumes {
-    /// The channels, for the look.
-    pub(crate) fn channels(&self) -> Vec<look::Channel<'_>> {
-        let channels = self.channels.iter().map(|channel| look::Channel {
-            values: Values::Memory(&channel.volume),
+    /// The channels, for the look; of a volume over time with the values of all steps.
+    pub(crate) fn channels<'a>(&'a self, steps: Option<&'a StepValues>) -> Vec<look::Channel<'a>> {
+        let channel = |(place, channel): (usize, &'a ChannelVolume)| look::Channel {
+            values: match steps {
+                None => Values::Memory(&channel.volume),
+                Some(steps) => Values::Steps(&steps.0[place], &channel.volume),
+            },
             source: &channel.source,
-        });
-        channels.collect()
+        };
+        self.channels.iter().enumerate().map(channel).collect()
     }
 
     /// The scene that the library draws.
@@ -137,6 +141,11 @@ impl Volumes {
                 .collect(),
             mask: self.mask.as_deref(),
         }
+    }
+
+    /// All volumes but the mask.
+    pub(crate) fn all(&self) -> impl Iterator<Item = &Volume> {
+        self.channels.iter().map(|channel| channel.volume.as_ref())
     }
 
     /// The channels of the file.

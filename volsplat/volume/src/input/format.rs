@@ -111,6 +111,31 @@ pub fn format_of(path: &Path) -> Result<Option<Format>, Error> {
     })
 }
 
+/// The files of a volume that changes over time, in their order: those of a numbered pattern (`t%04d.npy`), of a list (`.txt`, a name a line),
+/// or of a pattern with `*` or `?` whose files hold a volume each. `None` for one volume, slices among them.
+///
+/// # Errors
+/// [`Error::Read`], and [`Error::Invalid`] for a pattern that no file fits.
+pub fn step_files(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
+    if path.is_dir() {
+        return Ok(None);
+    }
+    let word = path.to_string_lossy();
+    let files =
+        resample_io::listed::files_of(&word).map_err(|error| Error::Option(error.to_string()))?;
+    if let Some(files) = files {
+        return Ok(Some(files.into_iter().map(PathBuf::from).collect()));
+    }
+    let Some(files) = slices::paths(path)? else {
+        return Ok(None);
+    };
+    // Slices of one volume have a pattern, too.
+    match detect(path)? {
+        Detected::Known(..) => Ok(None),
+        Detected::NotRead(_) | Detected::Nothing => Ok(Some(files)),
+    }
+}
+
 pub(crate) fn detect(path: &Path) -> Result<Detected, Error> {
     if zarr::begins(path) {
         return Ok(Detected::Known(Format::Zarr, vec![path.to_owned()]));

@@ -21,7 +21,7 @@ pub use colours::{ColourVoxels, arrays_of, axes_of, colours_of, load_colours};
 pub(crate) use file::{
     Fault, Parts, cannot_read, invalid, open, open_sized, unsupported, unsupported_file,
 };
-pub use format::{Format, format_of};
+pub use format::{Format, format_of, step_files};
 pub use formats::tiff_stack::pages_of;
 pub use load::{Unread, load, load_components, of_memory, open_unread, peek};
 pub use options::{LoadOptions, RawOptions};

@@ -99,6 +99,24 @@ impl Histogram {
             .for_each(|(count, more)| *count += more);
     }
 
+    /// One histogram over the ranges of several; a bin counts where the scalar falls that it stands for.
+    pub fn merged(all: &[Self], is_integer: bool) -> Self {
+        let ends = |(low, high): (f64, f64), one: &Self| (low.min(one.low), high.max(one.high));
+        let none = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = match all.iter().fold(none, ends) {
+            (low, high) if low <= high => (low, high),
+            _ => (0.0, 0.0),
+        };
+        let (bins, bin_of) = bins(low, high, is_integer);
+        let mut counts = vec![0; bins];
+        for one in all {
+            for (bin, count) in one.counts.iter().enumerate() {
+                counts[bin_of(one.value(bin))] += count;
+            }
+        }
+        Self { low, high, counts }
+    }
+
     /// Least and greatest scalar that the bins stand for.
     pub fn range(&self) -> (f64, f64) {
         (self.value(0), self.value(self.counts.len() - 1))

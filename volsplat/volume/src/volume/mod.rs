@@ -1,14 +1,16 @@
 //! The volume: a lattice of scalars and where it lies in the world, in memory.
 //!
 //! `voxels` of a `voxel_type` on a lattice, their `histogram`, and the facts that a transfer function and a camera need of them
-//! ([`Described`]); `procedural` volumes for tests and examples.
+//! ([`Described`]); `steps` for volumes that change over time; `procedural` volumes for tests and examples.
 
 mod voxels;
 mod voxel_type;
 pub mod histogram;
 pub mod procedural;
+mod steps;
 
 pub use histogram::Histogram;
+pub use steps::Steps;
 pub use voxel_type::{Endian, VoxelType};
 pub use voxels::{Grid, Lattice, Modality, NanPolicy, Volume, Voxels, scalar, with_voxels};
 #[cfg(feature = "input")]
