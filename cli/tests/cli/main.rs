@@ -38,6 +38,7 @@ mod stored;
 mod texmap;
 mod texmap_formats;
 mod trade;
+mod time_steps;
 mod transfer;
 mod view;
 mod warp3d;

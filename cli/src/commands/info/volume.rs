@@ -30,8 +30,24 @@ const HEIGHTS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '�
 /// Degrees below which an axis counts as not tilted: half of what one decimal can show.
 const TILT_SHOWN_DEG: f64 = 0.05;
 
-/// Reads the volume and describes it.
+/// Reads the volume and describes it; of a volume over time the first step.
 pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
+    let Some(steps) = volsplat::input::step_files(&args.input.path)? else {
+        return facts_of_one(args);
+    };
+    let mut first = args.clone();
+    first.input.path = steps.first().cloned().unwrap_or_default();
+    let (mut lines, mut json) = facts_of_one(&first)?;
+    let name = first.input.path.display();
+    lines.push(line(
+        "steps",
+        format!("{}; the values are those of {name}", steps.len()),
+    ));
+    json["steps"] = json!(steps.len());
+    Ok((lines, json))
+}
+
+fn facts_of_one(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
     let mut options = load_options(&args.volume, &args.input, &args.volume.reading.gate())?;
     let axes = volsplat::input::axes_of(&args.input.path, &options)?;
     let has_channels = axes.channels.len() > 1 && options.component.is_none();
@@ -87,7 +103,7 @@ pub(super) fn facts(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
         lines.push(line(
             "times",
             format!(
-                "{}; the values are those of time {first} (FILE#time=N)",
+                "{}; the values are those of time {first} (FILE#time=N draws one, FILE#time=all a film)",
                 axes.times
             ),
         ));

@@ -115,10 +115,10 @@ impl Content {
         let shown = self.look.channels.iter().enumerate();
         let boxes = shown.filter_map(|(place, look)| match (look, &self.look.options.order) {
             (_, Order::Field(field)) if let Blend::Isosurface(surface) = &field.blend => {
-                steps.0[place].box_of_values(surface.value, f64::INFINITY)
+                steps.0[place].box_where(|_, most| most >= surface.value)
             }
             (ChannelLook::Transfer(function), _) => steps.shown_box(place, function),
-            (ChannelLook::Labels(_), _) => steps.0[place].box_of_values(1.0, f64::INFINITY),
+            (ChannelLook::Labels(_), _) => steps.0[place].box_where(|_, most| most >= 1.0),
             (ChannelLook::Tint(_), _) => None,
         });
         boxes.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])

@@ -29,6 +29,10 @@ impl StepValues {
         function: &TransferFunction,
     ) -> Option<[DVec3; 2]> {
         let (low, high) = function.visible_range()?;
-        self.0[channel].box_of_values(low, high)
+        // What rises from its end shows nothing at that end, where backgrounds often are.
+        let is_shown = |value: f64| function.opacity(value) > 0.0;
+        let shows =
+            |least: f64, most: f64| is_shown(least) || is_shown(most) || least < high && most > low;
+        self.0[channel].box_where(shows)
     }
 }

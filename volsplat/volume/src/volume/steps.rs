@@ -21,7 +21,7 @@ pub struct Steps {
     places: Vec<Place>,
 }
 
-/// The voxels of a range of values: the values, and the box around the voxels' cells in the world.
+/// The voxels of a range of values: least and greatest of them, and the box around the voxels' cells in the world.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     values: (f64, f64),
@@ -50,13 +50,14 @@ impl Steps {
         self.places.extend(places(volume));
     }
 
-    /// The box in the world around all voxels of all steps with values from `low` to `high`; `None` where there are none.
-    pub fn box_of_values(&self, low: f64, high: f64) -> Option<[DVec3; 2]> {
-        let inside = self.places.iter().filter(|place| {
+    /// The box in the world around all that is shown of all steps; `shows` says whether any value from the first to the second is shown. `None`
+    /// where nothing is.
+    pub fn box_where(&self, shows: impl Fn(f64, f64) -> bool) -> Option<[DVec3; 2]> {
+        let shown = self.places.iter().filter(|place| {
             let (least, most) = place.values;
-            least <= high && most >= low
+            shows(least, most)
         });
-        inside
+        shown
             .map(|place| place.corners)
             .reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
     }
@@ -95,49 +96,58 @@ fn places(volume: &Volume) -> Vec<Place> {
             0
         }
     };
-    let nothing = [[usize::MAX; 3], [0; 3]];
     let of_slice = |z: usize| {
-        let mut boxes = [nothing; RANGES];
+        let mut parts = [Part::NOTHING; RANGES];
         with_voxels!(&volume.voxels, values => {
             let slice = &values[z * columns * rows..(z + 1) * columns * rows];
             for (index, &value) in slice.iter().enumerate() {
-                let at = [index % columns, index / columns, z];
-                widen(&mut boxes[range_of(scalar(value))], [at, at]);
+                let (value, at) = (scalar(value), [index % columns, index / columns, z]);
+                parts[range_of(value)].widen(&Part { values: (value, value), ends: [at, at] });
             }
         });
-        boxes
+        parts
     };
-    let joined = |mut one: [[[usize; 3]; 2]; RANGES], other: [[[usize; 3]; 2]; RANGES]| {
+    let joined = |mut one: [Part; RANGES], other: [Part; RANGES]| {
         one.iter_mut()
-            .zip(other)
-            .for_each(|(one, other)| widen(one, other));
+            .zip(&other)
+            .for_each(|(one, other)| one.widen(other));
         one
     };
-    let boxes = (0..slices)
+    let parts = (0..slices)
         .into_par_iter()
         .map(of_slice)
-        .reduce(|| [nothing; RANGES], joined);
-    let place = |(range, [from, to]): (usize, [[usize; 3]; 2])| {
-        let first = low + per_range * range as f64;
+        .reduce(|| [Part::NOTHING; RANGES], joined);
+    let place = |part: Part| {
+        let [from, to] = part.ends;
         (from[0] <= to[0]).then(|| Place {
-            values: (
-                first,
-                if range + 1 < RANGES {
-                    first + per_range
-                } else {
-                    high
-                },
-            ),
+            values: part.values,
             corners: in_world(volume, from, to),
         })
     };
-    boxes.into_iter().enumerate().filter_map(place).collect()
+    parts.into_iter().filter_map(place).collect()
 }
 
-fn widen(one: &mut [[usize; 3]; 2], [from, to]: [[usize; 3]; 2]) {
-    for axis in 0..3 {
-        one[0][axis] = one[0][axis].min(from[axis]);
-        one[1][axis] = one[1][axis].max(to[axis]);
+/// The voxels of a range of values: least and greatest value, first and last index along each axis.
+#[derive(Clone, Copy)]
+struct Part {
+    values: (f64, f64),
+    ends: [[usize; 3]; 2],
+}
+
+impl Part {
+    const NOTHING: Self = Self {
+        values: (f64::INFINITY, f64::NEG_INFINITY),
+        ends: [[usize::MAX; 3], [0; 3]],
+    };
+
+    fn widen(&mut self, other: &Self) {
+        let (least, most) = other.values;
+        self.values = (self.values.0.min(least), self.values.1.max(most));
+        let [from, to] = other.ends;
+        for axis in 0..3 {
+            self.ends[0][axis] = self.ends[0][axis].min(from[axis]);
+            self.ends[1][axis] = self.ends[1][axis].max(to[axis]);
+        }
     }
 }
 
@@ -190,7 +200,7 @@ mod tests {
         assert_eq!(steps.histogram().range(), (0.0, 9.0));
         assert_eq!(steps.histogram().counts().iter().sum::<u64>(), 128);
         // The first shows x 0 to 2, the second 5 to 7, in steps of 2.
-        let of = |low: f64, high: f64| steps.box_of_values(low, high);
+        let of = |low: f64, high: f64| steps.box_where(|least, most| least <= high && most >= low);
         let [from, to] = of(4.5, 10.0).expect("both");
         assert_eq!((from.x, to.x), (0.0, 14.0));
         let [from, to] = of(8.0, 10.0).expect("the second");
@@ -203,10 +213,11 @@ mod tests {
         let flat =
             Volume::new([2, 2, 2], Voxels::U8(vec![7; 8]), DAffine3::IDENTITY).expect("a volume");
         let steps = Steps::new(&flat);
+        let all = Some([DVec3::ZERO, DVec3::ONE]);
         assert_eq!(
-            steps.box_of_values(7.0, 7.0),
-            Some([DVec3::ZERO, DVec3::ONE])
+            steps.box_where(|least, most| (least, most) == (7.0, 7.0)),
+            all
         );
-        assert_eq!(steps.box_of_values(8.0, 9.0), None);
+        assert_eq!(steps.box_where(|_, most| most > 7.0), None);
     }
 }
