@@ -34,7 +34,7 @@ pub(crate) fn begins(file: &mut File, bytes: u64) -> std::io::Result<bool> {
     if count == 0 || !bytes.is_multiple_of(BYTES as u64) {
         return Ok(false);
     }
-    let (mut units, mut sizes) = (0, 0);
+    let (mut units, mut sizes, mut is_text) = (0, 0, true);
     let sampled = count.min(SAMPLE);
     for number in 0..sampled {
         // Even steps, without overflow.
@@ -42,6 +42,9 @@ pub(crate) fn begins(file: &mut File, bytes: u64) -> std::io::Result<bool> {
         file.seek(SeekFrom::Start(place * BYTES as u64))?;
         let mut row = [0; BYTES];
         file.read_exact(&mut row)?;
+        is_text &= row
+            .iter()
+            .all(|byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace());
         let stored = gaussian(&row);
         let is_sound = stored.centre.is_finite()
             && stored.scales.is_finite()
@@ -52,7 +55,8 @@ pub(crate) fn begins(file: &mut File, bytes: u64) -> std::io::Result<bool> {
         units += u64::from((stored.rotation.length() - 1.0).abs() <= LENGTH_WITHIN);
         sizes += u64::from(stored.scales.max_element() > 0.0);
     }
-    Ok(units * 10 >= sampled * 9 && sizes * 2 >= sampled)
+    // A short text, such as a list of names, can have such numbers by chance; no row of a file of Gaussians is text alone.
+    Ok(!is_text && units * 10 >= sampled * 9 && sizes * 2 >= sampled)
 }
 
 /// Reads a file.
