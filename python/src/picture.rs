@@ -125,7 +125,7 @@ fn plane(values: &Bound<'_, PyArray2<f32>>, image: &Image) -> PyResult<Vec<f32>>
     Ok(guard.as_array().iter().copied().collect())
 }
 
-/// Writes pictures of one size as an animation: .apng, .webp, or by ffmpeg .mp4, .webm, .mkv.
+/// Writes pictures of one size as an animation: .apng, .webp, .gif, or by ffmpeg .mp4, .webm, .mkv.
 #[pyfunction]
 #[pyo3(signature = (path, pictures, count, fps))]
 pub(crate) fn write_film(
@@ -157,7 +157,7 @@ pub(crate) fn write_film(
 fn begun(path: &Path, first: &Image, (count, fps): (u32, Option<u16>)) -> anyhow::Result<Film> {
     let kind = output::kind_of(path, None, false)?.with_context(|| {
         format!(
-            "{}: an animation's name ends in .apng, .webp, .mp4, .webm or .mkv",
+            "{}: an animation's name ends in .apng, .webp, .gif, .mp4, .webm or .mkv",
             path.display()
         )
     })?;

@@ -21,7 +21,7 @@ pub struct TexmapArgs {
     pub input: InputFile,
     /// Picture to write, .png, .jpg or .exr, or - for the standard output; a pattern such as %04d is replaced by the number of the picture
     ///
-    /// With .apng or .webp, all pictures go into one animation; with .mp4, .webm or .mkv into one video, which needs the
+    /// With .apng, .webp or .gif, all pictures go into one animation; with .mp4, .webm or .mkv into one video, which needs the
     /// program ffmpeg.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,

@@ -35,7 +35,7 @@ pub struct Warp3dArgs {
     pub depth: String,
     /// Picture to write, .png, .jpg or .exr, or - for the standard output; a pattern such as %04d is replaced by the number of the picture
     ///
-    /// An EXR file also holds depth (Z), the filled part, and the confidence. With .apng or .webp, all pictures go into
+    /// An EXR file also holds depth (Z), the filled part, and the confidence. With .apng, .webp or .gif, all pictures go into
     /// one animation; with .mp4, .webm or .mkv into one video, which needs the program ffmpeg.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,

@@ -1,7 +1,7 @@
-//! Animations: all pictures of a run in one file, an animated PNG or WebP or a video.
+//! Animations: all pictures of a run in one file, an animated PNG, WebP or GIF, or a video.
 //!
 //! Takes pictures of one size, one after another, and gives a file that appears whole or not at all. An animated
-//! PNG or WebP keeps transparency and every bit; a video is made by the program `ffmpeg`, and is opaque. The kind
+//! PNG or WebP keeps transparency and every bit; a GIF has 256 colours a picture and is opaque; a video is made by the program `ffmpeg`, and is opaque. The kind
 //! follows from the extension. Limits: a video needs `ffmpeg` on the PATH and an even width and height.
 
 use std::fs::File;
@@ -12,8 +12,9 @@ use png::Writer;
 use resample_core::narrow::code16;
 use resample_core::{Camera, Image};
 use resample_io::film::{Container, FrameRate, Original, Writer as Video, check_tool};
+use resample_io::write::gif::Gif;
 use resample_io::write::webp::WebP;
-use resample_io::write::{png as picture_png, webp};
+use resample_io::write::{gif, png as picture_png, webp};
 use tempfile::NamedTempFile;
 
 use super::{Depth, Listed, WriteFailure, folder_of, is_stdout, temporary_file};
@@ -25,8 +26,17 @@ pub enum FilmKind {
     Png(Depth),
     /// WebP without loss; of one picture, a plain one.
     WebP,
+    /// GIF of 256 colours a picture, opaque.
+    Gif,
     /// Video, made by `ffmpeg`.
     Video(Container),
+}
+
+impl FilmKind {
+    /// Returns true if its pictures have no transparency.
+    pub(crate) fn is_opaque(self) -> bool {
+        matches!(self, Self::Gif | Self::Video(_))
+    }
 }
 
 /// An animation to make.
@@ -54,6 +64,7 @@ pub struct Film {
 enum Sink {
     Png(Box<Writer<File>>, Depth),
     WebP(WebP),
+    Gif(Box<Gif<File>>),
     Video(Video, Depth),
 }
 
@@ -77,13 +88,15 @@ pub fn kind_of(path: &Path, bits: Option<u8>, of_film: bool) -> Result<Option<Fi
             };
             return Ok(Some(FilmKind::Png(depth)));
         }
-        Some("webp") if bits.is_some() => {
+        Some(name @ ("webp" | "gif")) if bits.is_some() => {
+            let name = if name == "gif" { "GIF" } else { "WebP" };
             bail!(
-                "{}: a WebP always has 8 bits per channel: leave --bits out",
+                "{}: a {name} always has 8 bits per channel: leave --bits out",
                 path.display()
             )
         }
         Some("webp") => return Ok(Some(FilmKind::WebP)),
+        Some("gif") => return Ok(Some(FilmKind::Gif)),
         Some("mp4") => Container::Mp4,
         Some("webm") => Container::WebM,
         Some("mkv") => Container::Matroska,
@@ -111,7 +124,7 @@ impl FilmPlan {
     /// Checks for other programs: a video needs `ffmpeg`.
     pub fn check_tools(&self) -> Result<()> {
         match self.kind {
-            FilmKind::Png(_) | FilmKind::WebP => Ok(()),
+            FilmKind::Png(_) | FilmKind::WebP | FilmKind::Gif => Ok(()),
             FilmKind::Video(_) => Ok(check_tool(
                 "ffmpeg",
                 &self.path,
@@ -146,6 +159,12 @@ impl FilmPlan {
                 webp::MAX_SIDE
             );
         }
+        if self.kind == FilmKind::Gif && width.max(height) > gif::MAX_SIDE {
+            bail!(
+                "{path}: a GIF has at most {} pixels a side, not {width}x{height}",
+                gif::MAX_SIDE
+            );
+        }
         if matches!(self.kind, FilmKind::Video(_)) && (width % 2 != 0 || height % 2 != 0) {
             let (even_width, even_height) = (width.next_multiple_of(2), height.next_multiple_of(2));
             bail!(
@@ -177,6 +196,10 @@ impl Film {
                     short(plan.rate)[0] / short(plan.rate)[1],
                     count,
                 )?),
+                FilmKind::Gif => {
+                    let gif = Gif::begin(file.as_file().try_clone()?, size, plan.rate)?;
+                    Sink::Gif(Box::new(gif))
+                }
                 FilmKind::Video(container) => {
                     let original = plan.original.as_ref();
                     let deep = original.is_some_and(|original| original.facts.bits > 8);
@@ -204,6 +227,9 @@ impl Film {
                 .write_image_data(&picture_png::bytes(image, *depth))
                 .map_err(Into::into),
             Sink::WebP(webp) => Ok(webp.add(&picture_png::bytes(image, Depth::Eight))?),
+            Sink::Gif(gif) => gif
+                .add(&picture_png::opaque_bytes(image, Depth::Eight))
+                .map_err(Into::into),
             Sink::Video(video, depth) => {
                 let bytes = picture_png::opaque_bytes(image, *depth);
                 video.add(&bytes).map_err(anyhow::Error::from)
@@ -226,6 +252,8 @@ impl Film {
             match sink {
                 Sink::Png(writer, _) => writer.finish()?,
                 Sink::WebP(webp) => webp.finish()?,
+                // Its last byte is written when the encoder ends.
+                Sink::Gif(gif) => drop(gif),
                 Sink::Video(video, _) => video.finish()?,
             }
             let bytes = std::fs::metadata(file.path())?.len();

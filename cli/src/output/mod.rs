@@ -112,7 +112,7 @@ pub fn format_of(path: &Path, bits: Option<u8>) -> Result<Format> {
         (None, Some(16)) if is_stdout(path) => Ok(Format::Png(Depth::Sixteen)),
         (None, _) if is_stdout(path) => Ok(Format::Png(Depth::Eight)),
         _ => bail!(
-            "{}: unknown picture format: the name must end in .png, .jpg or .exr (animations: .apng, .webp, .mp4, .webm, .mkv)",
+            "{}: unknown picture format: the name must end in .png, .jpg or .exr (animations: .apng, .webp, .gif, .mp4, .webm, .mkv)",
             path.display()
         ),
     }

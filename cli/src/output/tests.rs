@@ -204,7 +204,7 @@ fn formats_follow_from_the_extension() {
     for (name, bits) in [
         ("a.exr", Some(16)),
         ("a.jpg", Some(16)),
-        ("a.gif", None),
+        ("a.bmp", None),
         ("a", None),
         ("", None),
     ] {

@@ -126,7 +126,7 @@ impl Plan {
         let film = film_plan(request)?;
         let format = match film.as_ref().map(|film| film.kind) {
             Some(FilmKind::Png(depth)) => Format::Png(depth),
-            Some(FilmKind::WebP | FilmKind::Video(_)) => Format::Png(Depth::Eight),
+            Some(FilmKind::WebP | FilmKind::Gif | FilmKind::Video(_)) => Format::Png(Depth::Eight),
             None => output::format_of(request.output, request.picture.bits)?,
         };
         let names = match pictures {
@@ -142,9 +142,9 @@ impl Plan {
             None => names,
         };
         targets::check(request, &names.frame(0))?;
-        // A video and a JPEG cannot be transparent.
+        // A video, a GIF and a JPEG cannot be transparent.
         let opaque = match &film {
-            Some(film) => matches!(film.kind, FilmKind::Video(_)),
+            Some(film) => film.kind.is_opaque(),
             None => format == Format::Jpeg,
         };
         let background = background(request.picture.background.as_ref(), opaque)?;
@@ -283,7 +283,7 @@ fn film_plan(request: &Request) -> Result<Option<FilmPlan>> {
     let Some(kind) = kind else {
         if original.is_none() && request.sequence.fps.is_some() && request.sequence.path.is_none() {
             bail!(
-                "{name}: --fps is for --path and for animations, whose name ends in .apng, .webp, .mp4, .webm or .mkv"
+                "{name}: --fps is for --path and for animations, whose name ends in .apng, .webp, .gif, .mp4, .webm or .mkv"
             );
         }
         return Ok(None);

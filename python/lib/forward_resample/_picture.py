@@ -87,7 +87,7 @@ class Picture(np.ndarray):
 
 
 def write_film(path: Path, pictures: Iterable[npt.NDArray[np.float32]], fps: int = 25, count: Optional[int] = None) -> None:
-    """Writes pictures of one size as an animation: ``.apng``, ``.webp``, or through the program ffmpeg ``.mp4``, ``.webm``, ``.mkv``.
+    """Writes pictures of one size as an animation: ``.apng``, ``.webp``, ``.gif``, or through the program ffmpeg ``.mp4``, ``.webm``, ``.mkv``.
 
     Args:
         path: the file.

@@ -4,6 +4,7 @@
 //! place for.
 
 pub mod exr;
+pub mod gif;
 pub mod png;
 pub mod webp;
 mod runs;

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use crate::Error;
 use crate::input::decode::stored;
 use crate::input::formats::{
-    dicom, meta_image, mgh, nifti, npy, nrrd, picture_slices, tiff_stack, vti, vtk, zarr,
+    dicom, meta_image, mgh, mrc, nifti, npy, nrrd, picture_slices, tiff_stack, vti, vtk, zarr,
 };
 use crate::input::{cannot_read, open, slices};
 
@@ -34,6 +34,8 @@ pub enum Format {
     Vtk,
     /// FreeSurfer's volume, `.mgh` or packed `.mgz`.
     Mgh,
+    /// A map of a microscope or a crystal, MRC or CCP4, `.mrc`, `.map`.
+    Mrc,
     /// Slices in PNG or JPEG pictures: a folder.
     Pictures,
     /// OME-Zarr or a plain Zarr array: a folder.
@@ -53,6 +55,7 @@ impl Format {
             Self::Dicom => "DICOM",
             Self::Vtk => "legacy VTK",
             Self::Mgh => "FreeSurfer MGH",
+            Self::Mrc => "MRC map",
             Self::Pictures => "pictures",
             Self::Zarr => "OME-Zarr",
         }
@@ -172,6 +175,8 @@ fn detect_file(path: &Path) -> Result<Detected, Error> {
             known(Format::Nifti)
         } else if mgh::begins(&head) {
             known(Format::Mgh)
+        } else if mrc::begins(&head) {
+            known(Format::Mrc)
         } else {
             Detected::NotRead(GZIP)
         });
@@ -212,6 +217,7 @@ fn known(head: &[u8]) -> Option<Format> {
         _ if vti::begins(head) => Some(Format::Vti),
         _ if head.starts_with(vtk::MAGIC) => Some(Format::Vtk),
         _ if meta_image::begins(head) => Some(Format::MetaImage),
+        _ if mrc::begins(head) => Some(Format::Mrc),
         _ if mgh::begins(head) => Some(Format::Mgh),
         _ => None,
     }

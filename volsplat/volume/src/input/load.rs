@@ -16,7 +16,7 @@ use crate::input::file::{Parts, at, invalid};
 use crate::input::format;
 use crate::input::format::{Detected, Format};
 use crate::input::formats::{
-    dicom, meta_image, mgh, nifti, npy, nrrd, picture_slices, raw, tiff_stack, vti, vtk, zarr,
+    dicom, meta_image, mgh, mrc, nifti, npy, nrrd, picture_slices, raw, tiff_stack, vti, vtk, zarr,
 };
 use crate::input::options::{LoadOptions, replaced_lattice};
 use crate::source::{VoxelSource, Watch};
@@ -166,6 +166,7 @@ fn read(
         Format::Vti => vti::load(path, options, components),
         Format::Vtk => vtk::load(path, options, components),
         Format::Mgh => mgh::load(path, options.time, gate),
+        Format::Mrc => mrc::load(path, gate),
         Format::Pictures => picture_slices::load(files, path, options, components),
         Format::Zarr => zarr::load(path, options, components),
     }

@@ -5,6 +5,7 @@ pub(crate) mod nifti;
 pub(crate) mod nrrd;
 pub(crate) mod meta_image;
 pub(crate) mod mgh;
+pub(crate) mod mrc;
 pub(crate) mod vti;
 pub(crate) mod vtk;
 pub(crate) mod zarr;
