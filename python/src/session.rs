@@ -174,7 +174,7 @@ impl Session {
             [one] => std::mem::take(one),
             several => json!({ "bands": several }),
         };
-        let image = ready.opened.finished(image);
+        let image = ready.opened.finished(image, &camera);
         Ok(Some(Drawn {
             image,
             stats: with_plan(stats, ready.planned.as_ref()),
@@ -226,7 +226,10 @@ impl Session {
     /// Lays what the options say behind a whole picture.
     pub(crate) fn finished(&self, image: Image) -> Image {
         match &self.ready {
-            Some(ready) => ready.opened.finished(image),
+            Some(ready) => match ready.opened.cameras().first().copied() {
+                Some(camera) => ready.opened.finished(image, &camera),
+                None => image,
+            },
             None => image,
         }
     }

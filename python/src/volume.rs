@@ -51,6 +51,7 @@ pub(crate) fn parts(
         up_hint: place.up.map(DVec3::from_array),
         space: place.space,
         modality: None,
+        unit: None,
     };
     Ok((lattice, voxels(array, [x, y, z])?))
 }

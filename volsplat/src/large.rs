@@ -108,6 +108,7 @@ impl Block {
             up_hint: None,
             space: None,
             modality: None,
+            unit: None,
         };
         Ok(Self { region, volume })
     }

@@ -21,6 +21,7 @@ use crate::values::input_file::{HeldVolumes, InputFile, Source};
 use crate::values::{self, Axis, BackgroundWord, LookOf, Orbit, Size, input_file};
 
 mod drawing;
+mod figure;
 mod gaussians;
 mod given;
 mod points;
@@ -36,6 +37,7 @@ pub use crate::args::tools::{
     InfoArgs, JoinArgs, ManArgs, SceneArg, ServeArgs, TradeArgs, TradeOptions, ViewArgs,
 };
 pub use drawing::Drawing;
+pub use figure::{AxesKind, FigureArgs};
 pub use gaussians::{GaussianClipArgs, GaussianRenderArgs, GaussiansArgs};
 pub use given::{Given, names_of};
 pub use points::{ColourBy, PointsArgs, PointsLookArgs, PointsPartArgs, PointsRenderArgs};
@@ -164,6 +166,9 @@ pub struct VolsplatArgs {
     /// How it is drawn.
     #[command(flatten)]
     pub render: Given<RenderArgs>,
+    /// The parts of a figure.
+    #[command(flatten)]
+    pub figure: FigureArgs,
     /// An error or a time that is asked for.
     #[command(flatten)]
     pub ask: AskArgs,

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::Args;
 use texmap::{Loaded, RenderOptions, Textures};
 
-use super::{AskArgs, CameraArgs, Given, PictureArgs, ReadingArgs, SequenceArgs};
+use super::{AskArgs, CameraArgs, FigureArgs, Given, PictureArgs, ReadingArgs, SequenceArgs};
 use crate::values::input_file;
 use crate::values::input_file::{InputFile, Source};
 
@@ -46,6 +46,9 @@ pub struct TexmapArgs {
     /// An error or a time that is asked for.
     #[command(flatten)]
     pub ask: AskArgs,
+    /// The parts of a figure.
+    #[command(flatten)]
+    pub figure: FigureArgs,
     /// How the picture is written.
     #[command(flatten)]
     pub picture: PictureArgs,

@@ -16,6 +16,7 @@ use std::any::Any;
 use anyhow::{Result, bail};
 use glam::DVec3;
 use resample_core::{Camera, Image, Stop};
+use resample_io::figure::Figure;
 use serde_json::Value;
 use texmap::{Loaded, Scene};
 use volsplat::{Lattice, Volume, Voxels};
@@ -28,6 +29,7 @@ use crate::open::open_scene::{OpenScene, Probed};
 use crate::open::points::OpenPoints;
 use crate::open::setting::Setting;
 use crate::open::volume::{OpenVolume, file};
+use crate::picture;
 use crate::picture::Drawn;
 use crate::picture::bands::Window;
 use crate::plan::{Change, Purpose, RunLog};
@@ -121,9 +123,20 @@ impl Opened {
         self.scene.draw_window(camera, window)
     }
 
-    /// A picture with its background behind it.
-    pub fn finished(&self, image: Image) -> Image {
-        self.scene.background().behind(image)
+    /// A picture of a camera over its background and under its figure.
+    pub fn finished(&self, image: Image, camera: &Camera) -> Image {
+        let figure = self.figure();
+        picture::finished(
+            image,
+            (camera, [0, 0]),
+            self.scene.background(),
+            figure.as_ref(),
+        )
+    }
+
+    /// The figure of every picture.
+    pub(crate) fn figure(&self) -> Option<Figure> {
+        self.scene.figure()
     }
 
     /// The first visible point on the ray of a camera with one pixel.

@@ -16,6 +16,7 @@ use crate::picture::Drawn;
 use crate::picture::background::Background;
 use crate::picture::bands::Window;
 use crate::plan::{Change, RunLog};
+use resample_io::figure::Figure;
 
 /// A scene whose files are read.
 pub(crate) trait OpenScene: Any + Send + Sync {
@@ -24,6 +25,11 @@ pub(crate) trait OpenScene: Any + Send + Sync {
 
     /// The background of every picture.
     fn background(&self) -> &Background;
+
+    /// The figure of every picture.
+    fn figure(&self) -> Option<Figure> {
+        None
+    }
 
     /// The bounding box of the visible part, world units: its least and its greatest corner. `None` for depth images.
     fn bounds_in_world(&self) -> Option<[DVec3; 2]> {

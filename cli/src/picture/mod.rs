@@ -4,12 +4,14 @@
 
 pub mod background;
 pub mod bands;
+pub(crate) mod figure;
 pub(crate) mod input_picture;
 
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail};
 use resample_core::{Camera, Image};
+use resample_io::figure::Figure;
 
 use crate::output;
 use crate::output::Format;
@@ -24,6 +26,8 @@ pub struct Finish {
     pub format: Format,
     /// The background.
     pub background: Background,
+    /// The figure that is drawn over it.
+    pub figure: Option<Figure>,
 }
 
 /// Most pixels of a picture: 16384 x 16384. The picture alone then takes 4 GiB; a camera file must not be able to
@@ -79,14 +83,34 @@ pub(crate) fn in_window(
     Ok(Drawn { image, account })
 }
 
-/// Renders and lays the picture over its background.
-pub fn render(render: &mut RenderShot, shot: &Shot, background: &Background) -> Result<Drawn> {
+/// Renders, lays the picture over its background, and draws the figure over both.
+pub fn render(render: &mut RenderShot, shot: &Shot, finish: &Finish) -> Result<Drawn> {
     let Drawn { image, account } = render(shot)?;
-    let whole = [shot.camera.width as usize, shot.camera.height as usize];
+    let figure = finish.figure.as_ref();
     Ok(Drawn {
-        image: background.behind_window(image, shot.window.first(), whole),
+        image: finished(
+            image,
+            (shot.camera, shot.window.first()),
+            &finish.background,
+            figure,
+        ),
         account,
     })
+}
+
+/// A picture, or a part of one that begins at a column and row, over its background and under its figure.
+pub(crate) fn finished(
+    image: Image,
+    (camera, first): (&Camera, [usize; 2]),
+    background: &Background,
+    figure: Option<&Figure>,
+) -> Image {
+    let whole = [camera.width as usize, camera.height as usize];
+    let mut image = background.behind_window(image, first, whole);
+    if let Some(figure) = figure {
+        figure.draw(&mut image, camera, first);
+    }
+    image
 }
 
 /// Writes `file`, with a mark inside if there is one.

@@ -151,7 +151,11 @@ impl Plan {
         Ok(Self {
             names,
             film,
-            finish: Finish { format, background },
+            finish: Finish {
+                format,
+                background,
+                figure: None,
+            },
             gate: request.gate.clone(),
             cameras: PlannedCameras::Framed,
         })
@@ -218,6 +222,9 @@ impl Plan {
         render: &mut RenderShot,
     ) -> Result<()> {
         let Run { mut stats, log } = run;
+        if let Some(figure) = &self.finish.figure {
+            picture::figure::check(figure, cameras)?;
+        }
         let part = Part::of(request, cameras.len())?;
         targets::check_pictures(request, &self.names, &part.numbers, &self.gate.files())?;
         let read = targets::read(request, self.gate.files());

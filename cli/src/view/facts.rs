@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use resample_core::image::srgb_from_linear;
 use serde_json::{Map, Value, json};
 use volsplat::transfer::{ColourMap, Histogram, Preset};
-use volsplat::{Blend, Described, Shading, TransferFunction};
+use volsplat::{Blend, Shading, TransferFunction};
 
 use crate::args::{ColourBy, Drawing, RayBlend, TransferArgs, VolsplatArgs};
 use crate::look::file_channel::ShownChannel;
@@ -57,22 +57,6 @@ pub(crate) fn volume(open: &OpenVolume) -> Value {
         "shadings": names::<Shading>(),
         "blends": names::<RayBlend>(),
     })
-}
-
-/// The unit of lengths: axes that are named after a patient's sides count millimetres, in every format that has such names.
-pub(crate) fn unit(volume: &dyn Described) -> Option<&'static str> {
-    let lattice = volume.lattice();
-    let space = lattice.space?;
-    let sides = [
-        "left",
-        "right",
-        "anterior",
-        "posterior",
-        "inferior",
-        "superior",
-    ];
-    let is_side = |word: &str| sides.contains(&word.to_lowercase().as_str());
-    space.split('-').all(is_side).then_some("mm")
 }
 
 /// The words of options that go with a look where nobody typed them.

@@ -14,6 +14,7 @@ use crate::args::Drawing;
 use crate::args::words::content::Application;
 use crate::cameras::camera_file;
 use crate::cameras::camera_file::CameraDefaults;
+use crate::cameras::framing;
 use crate::cameras::viewpoint::DEFAULT_FOV_Y_DEG;
 use crate::open::Opened;
 use crate::open::open_scene::Probed;
@@ -122,9 +123,9 @@ impl OpenedScene {
     }
 
     /// The unit of lengths, where the file's format says it: millimetres of a patient, metres of glTF.
-    fn unit(&mut self) -> Option<&'static str> {
+    fn unit(&mut self) -> Option<String> {
         if let Some(open) = self.opened.volume() {
-            return facts::unit(open.described());
+            return framing::volume::unit(open.described());
         }
         let input = match &self.drawing {
             Drawing::Texmap(args) => &args.input,
@@ -135,7 +136,7 @@ impl OpenedScene {
         let is_gltf = ["glb", "gltf"]
             .iter()
             .any(|known| extension.eq_ignore_ascii_case(known));
-        is_gltf.then_some("m")
+        is_gltf.then(|| "m".to_owned())
     }
 
     /// The camera of the command line, as the page turns it: around the middle of the scene.
@@ -344,17 +345,26 @@ impl OpenedScene {
     pub(crate) fn draw(&mut self, camera: &Camera) -> Result<Image> {
         picture::check_size(camera)?;
         let image = self.opened.draw(camera)?.image;
-        Ok(self.background().behind(image))
+        let figure = self.opened.figure();
+        Ok(picture::finished(
+            image,
+            (camera, [0, 0]),
+            &self.background(),
+            figure.as_ref(),
+        ))
     }
 
     /// A window of a picture, over its background.
     pub(crate) fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Image> {
         picture::check_size(camera)?;
         let image = self.opened.draw_window(camera, window)?.image;
-        let whole = [camera.width as usize, camera.height as usize];
-        Ok(self
-            .background()
-            .behind_window(image, window.first(), whole))
+        let (figure, place) = (self.opened.figure(), (camera, window.first()));
+        Ok(picture::finished(
+            image,
+            place,
+            &self.background(),
+            figure.as_ref(),
+        ))
     }
 
     /// The point under a place of a view, px; null where that is nothing.

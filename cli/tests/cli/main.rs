@@ -18,6 +18,7 @@ mod compare;
 mod documented;
 mod errors;
 mod exr_files;
+mod figures;
 mod films;
 mod gate;
 mod gaussians;

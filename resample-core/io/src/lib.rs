@@ -29,6 +29,7 @@ mod formats;
 pub mod colour;
 pub mod depth;
 pub mod whole_picture;
+pub mod figure;
 pub mod film;
 pub mod names;
 pub mod listed;

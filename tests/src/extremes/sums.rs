@@ -193,6 +193,7 @@ fn beyond_32_bits(share: usize) -> Result<Row> {
         up_hint: None,
         space: None,
         modality: None,
+        unit: None,
     };
     let source = Arc::new(Made { dims });
     let volume = LargeVolume::new(lattice, source, 1 << 31, &mut |_| {})?;

@@ -92,6 +92,7 @@ impl Narrowing {
             up_hint: volume.up_hint,
             space: volume.space.clone(),
             modality: volume.modality,
+            unit: volume.unit.clone(),
         }
     }
 

@@ -10,6 +10,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use glam::{DVec3, Vec3};
 use resample_core::{Camera, Reuse};
 use resample_io::Gate;
+use resample_io::figure::Figure;
 use serde_json::{Value, json};
 use texmap::input::{LightMaps, SceneChoice, Unreadable};
 use texmap::scene::Mesh;
@@ -28,6 +29,8 @@ use crate::output::Format;
 use crate::picture::Drawn;
 use crate::picture::background::Background;
 use crate::picture::bands::Window;
+use crate::picture::figure;
+use crate::picture::figure::FigureFacts;
 use crate::plan::{Change, Plan, Request, Run, RunLog};
 use crate::process::report;
 use crate::process::report::{Account, Cost, RunStats, Verbosity};
@@ -113,6 +116,19 @@ impl OpenScene for OpenMesh {
         &self.plan.finish.background
     }
 
+    fn figure(&self) -> Option<Figure> {
+        let input = self.args.input.path.extension();
+        let is_gltf = input.is_some_and(|ending| {
+            ending.eq_ignore_ascii_case("glb") || ending.eq_ignore_ascii_case("gltf")
+        });
+        figure::figure(&self.args.figure, self.background(), || FigureFacts {
+            bounds: self.renderer.bounds_in_world().unwrap_or_default(),
+            unit: is_gltf.then(|| "m".to_owned()),
+            names: ["x", "y", "z"].map(str::to_owned),
+            colours: None,
+        })
+    }
+
     fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
         self.renderer.bounds_in_world()
     }
@@ -182,9 +198,10 @@ impl OpenScene for OpenMesh {
     }
 
     fn finish(self: Box<Self>, planned: Option<Value>, log: RunLog) -> Result<()> {
+        let figure = self.figure();
         let Self {
             args,
-            plan,
+            mut plan,
             scene,
             notes,
             mut renderer,
@@ -193,6 +210,7 @@ impl OpenScene for OpenMesh {
             prepare_ms,
             ..
         } = *self;
+        plan.finish.figure = figure;
         let request = request(&args);
         let options = render_options(&args.render.options, plan.finish.format)?;
         let stats = RunStats {

@@ -24,7 +24,7 @@ use volsplat::{
     Described, FrameStats, LabelLook, Order, RenderOptions, Renderer, Reuse, TransferFunction,
 };
 
-use crate::args::{Given, RenderArgs, VolsplatArgs};
+use crate::args::{AxesKind, Given, RenderArgs, VolsplatArgs};
 use crate::cameras::camera_path::KeyKind;
 use crate::cameras::framing;
 use crate::cameras::framing::volume::{Small, corners};
@@ -37,6 +37,7 @@ use crate::open::volume::data::{Content, Keeping};
 use crate::open::volume::key_motion::VolumeMotion;
 use crate::open::volume::time_steps::TimeSteps;
 use crate::picture::Drawn;
+use crate::picture::figure::FigureFacts;
 use crate::plan::{Plan, Purpose, Request};
 use crate::process::report;
 use crate::process::report::{Account, Cost, Progress, RunStats, Verbosity, watch};
@@ -135,6 +136,35 @@ impl OpenVolume {
         framing::volume::with_kernels(bounds, self.content.first())
     }
 
+    /// The facts that a figure shows.
+    fn figure_facts(&self) -> FigureFacts {
+        let described = self.described();
+        // The first letters of a patient's sides, as scans have them in their corners.
+        let letters = framing::volume::sides(described).map(|sides| {
+            let letter = |side: &String| side.chars().next().map(|c| c.to_uppercase().to_string());
+            sides.iter().filter_map(letter).collect::<Vec<_>>()
+        });
+        let names = letters.and_then(|letters| <[String; 3]>::try_from(letters).ok());
+        FigureFacts {
+            bounds: self.visible_bounds_in_world(),
+            unit: framing::volume::unit(described),
+            names: names.unwrap_or(["x", "y", "z"].map(str::to_owned)),
+            colours: self.function().map(colours),
+        }
+    }
+
+    /// Refuses a colour bar where no single function gives values their colours.
+    fn check_colour_bar(&self) -> Result<()> {
+        if self.args.figure.colour_bar.is_some()
+            && (self.function().is_none() || self.content.look.channels.len() > 1)
+        {
+            bail!(
+                "--colour-bar: labels, colours and several channels have no single scale of colours: leave it out"
+            );
+        }
+        Ok(())
+    }
+
     /// Returns true if the trilinear field is drawn, and not samples.
     fn is_field(&self) -> bool {
         matches!(self.content.look.options.order, Order::Field(_))
@@ -223,6 +253,21 @@ fn cost(stats: &FrameStats) -> Cost {
         fixed: BRICK * stats.bricks as f64,
         subpixels: stats.subpixels as u32,
     }
+}
+
+/// The values between which a function's colours change and it shows something, and its colours there.
+fn colours(function: &TransferFunction) -> ([f64; 2], Vec<[f32; 3]>) {
+    const STEPS: usize = 256;
+    let (low, high) = function.value_range();
+    let (low, high) = match function.visible_range() {
+        Some((least, most)) => (low.max(least), high.min(most)),
+        None => (low, high),
+    };
+    let colour = |step: usize| {
+        let share = step as f64 / (STEPS - 1) as f64;
+        function.colour(low * (1.0 - share) + high * share)
+    };
+    ([low, high], (0..STEPS).map(colour).collect())
 }
 
 fn request<'a>(args: &'a VolsplatArgs, steps: Option<&'a TimeSteps>) -> Request<'a> {
@@ -369,15 +414,27 @@ fn cameras(open: &mut OpenVolume) -> Result<Vec<Camera>> {
         framing::volume::stance(content.first(), args.camera.up.map(|axis| axis.direction));
     let extent = Extent::of_box(bounds);
     let request = request(args, steps.as_ref());
-    if steps.is_some() {
-        // A small picture shows one step, the box of the visible voxels holds all.
-        let corners = corners(bounds);
+    let has_box = args.figure.axes == Some(AxesKind::Box);
+    if steps.is_some() || has_box {
+        // A small picture shows one step and no axes, the box of the visible voxels holds all.
+        let corners = corners(if has_box {
+            with_numbers(bounds)
+        } else {
+            bounds
+        });
         let mut measure = |camera: &Camera| Ok(seen_points(camera, corners.iter().copied()));
         return plan.cameras(&request, (&extent, stance), &mut measure);
     }
     fitted(renderer, &content.look.options, bounds, &mut |measure| {
         plan.cameras(&request, (&extent, stance), measure)
     })
+}
+
+/// The box with room for the numbers and names of its axes, a guess that was looked at.
+fn with_numbers([low, high]: [DVec3; 2]) -> [DVec3; 2] {
+    const ROOM: f64 = 0.07;
+    let room = ROOM * (high - low).max_element();
+    [low - room, high + room]
 }
 
 /// Makes the cameras, and fits them to the visible part. Small pictures find that part where they are quick. Elsewhere the box of the

@@ -3,6 +3,7 @@
 use anyhow::{Result, bail};
 use glam::DVec3;
 use resample_core::{Camera, Stop};
+use resample_io::figure::Figure;
 use serde_json::Value;
 use volsplat::Layer;
 
@@ -14,6 +15,7 @@ use crate::open::volume::{OpenVolume, drawn, motion, request, turn};
 use crate::picture;
 use crate::picture::background::Background;
 use crate::picture::bands::Window;
+use crate::picture::figure;
 use crate::picture::{Drawn, Shot};
 use crate::plan::{Change, Plan, Run, RunLog};
 use crate::process::report;
@@ -26,6 +28,10 @@ impl OpenScene for OpenVolume {
 
     fn background(&self) -> &Background {
         &self.plan.finish.background
+    }
+
+    fn figure(&self) -> Option<Figure> {
+        figure::figure(&self.args.figure, self.background(), || self.figure_facts())
     }
 
     fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
@@ -143,7 +149,9 @@ impl OpenScene for OpenVolume {
     }
 
     fn finish(self: Box<Self>, planned: Option<Value>, log: RunLog) -> Result<()> {
-        let open = *self;
+        let mut open = *self;
+        open.check_colour_bar()?;
+        open.plan.finish.figure = open.figure();
         if open.args.sequence.part.tile.is_some() && !open.is_field() {
             bail!("--tile requires the field renderer; use --frames instead");
         }

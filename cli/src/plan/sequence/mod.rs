@@ -123,7 +123,7 @@ pub(crate) fn draw(render: &mut RenderShot, sequence: &Sequence, log: &RunLog) -
             number,
             window: sequence.part.window(camera)?,
         };
-        let drawn = picture::render(render, &shot, &sequence.finish.background)?;
+        let drawn = picture::render(render, &shot, sequence.finish)?;
         let mark = sequence.mark_in_file(camera, number)?;
         let frame = match sequence.part.has_tile() {
             true => write(drawn, file, &shot, mark.as_deref())?,
@@ -178,7 +178,7 @@ pub(crate) fn draw_film(
                 number,
                 window: Window::whole(camera),
             },
-            &sequence.finish.background,
+            sequence.finish,
         )?;
         film.add(&image)?;
         let (width, height) = (image.width, image.height);

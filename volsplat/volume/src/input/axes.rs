@@ -81,6 +81,23 @@ pub(crate) fn window(low: Option<f64>, high: Option<f64>) -> Option<[f64; 2]> {
     (window[0] < window[1] && window.iter().all(|end| end.is_finite())).then_some(window)
 }
 
+/// The sign of a unit of length by its name or sign; `None` for pixels, and for names that are no length.
+pub(crate) fn unit(name: &str) -> Option<String> {
+    let sign = match name.trim().to_lowercase().as_str() {
+        "micrometer" | "micrometre" | "micron" | "microns" | "um" | "µm" | "μm" | "\\u00b5m" => {
+            "µm"
+        }
+        "nanometer" | "nanometre" | "nm" => "nm",
+        "angstrom" | "å" => "Å",
+        "millimeter" | "millimetre" | "mm" => "mm",
+        "centimeter" | "centimetre" | "cm" => "cm",
+        "meter" | "metre" | "m" => "m",
+        "inch" | "in" => "in",
+        _ => return None,
+    };
+    Some(sign.to_owned())
+}
+
 /// The remark of a reader that takes the first of several points in time.
 pub(crate) fn first_of(times: usize, path: &Path) -> String {
     let name = path.display();

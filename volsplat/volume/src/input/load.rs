@@ -123,6 +123,7 @@ fn finished(path: &Path, parts: Parts, options: &LoadOptions) -> Result<Vec<Volu
             up_hint: lattice.up_hint,
             space: lattice.space.clone(),
             modality: lattice.modality,
+            unit: lattice.unit.clone(),
             ..volume
         })
     };

@@ -39,6 +39,7 @@ impl Described for Volume {
             up_hint: self.up_hint,
             space: self.space.clone(),
             modality: self.modality,
+            unit: self.unit.clone(),
         }
     }
 

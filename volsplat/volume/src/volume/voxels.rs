@@ -35,6 +35,8 @@ pub struct Volume {
     pub space: Option<String>,
     /// The kind of scanner, where the file names it.
     pub modality: Option<Modality>,
+    /// The unit of lengths, such as `mm` or `µm`, where the file tells it.
+    pub unit: Option<String>,
 }
 
 /// The kind of scanner that a volume comes from.
@@ -59,6 +61,8 @@ pub struct Lattice {
     pub space: Option<String>,
     /// The kind of scanner, where the file names it.
     pub modality: Option<Modality>,
+    /// The unit of lengths, such as `mm` or `µm`, where the file tells it.
+    pub unit: Option<String>,
 }
 
 #[cfg(feature = "input")]
@@ -71,6 +75,7 @@ impl Lattice {
             up_hint: None,
             space: None,
             modality: None,
+            unit: None,
         }
     }
 }
@@ -182,6 +187,7 @@ impl Volume {
             up_hint: None,
             space: None,
             modality: None,
+            unit: None,
         })
     }
 

@@ -356,6 +356,7 @@ impl Fields {
                 up_hint: is_anatomical.then_some(DVec3::Z),
                 space: is_anatomical.then(|| "left-posterior-superior".to_owned()),
                 modality: None,
+                unit: None,
             },
             voxel_type: self.voxel_type()?,
             endian: self.endian()?,

@@ -118,6 +118,7 @@ fn read(
             up_hint: Some(DVec3::Z),
             space: Some("right-anterior-superior".to_owned()),
             modality: None,
+            unit: Some("mm".to_owned()),
         },
         voxels: vec![voxels],
     })

@@ -82,7 +82,10 @@ fn read(stream: &mut Stream, gate: &Gate) -> Result<Parts, Fault> {
     }
     stream.pass(header.extended)?;
     Ok(Parts {
-        lattice: Lattice::unnamed(header.dims, header.world_from_index),
+        lattice: Lattice {
+            unit: Some("Å".to_owned()),
+            ..Lattice::unnamed(header.dims, header.world_from_index)
+        },
         voxels: vec![decode::binary(
             &mut (&mut stream.bytes).take(voxels),
             &layout,

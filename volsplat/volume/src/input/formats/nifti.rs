@@ -86,6 +86,7 @@ pub(crate) fn load(
             up_hint: Some(DVec3::Z),
             space: Some("right-anterior-superior".to_owned()),
             modality: None,
+            unit: Some(header.length_unit().to_owned()),
         },
         voxels: voxels
             .into_iter()
@@ -249,6 +250,8 @@ pub(crate) struct Header {
     datatype: i16,
     /// The sign of the third axis, then the spacing of each axis.
     pixdim: [f64; 8],
+    /// The unit of space in the lowest three bits: 1 is metres, 2 or nothing millimetres, 3 micrometres.
+    xyzt_units: u8,
     scl_slope: f64,
     scl_inter: f64,
     qform_code: i32,
@@ -363,6 +366,15 @@ pub(crate) fn read(stream: &mut dyn Read) -> Result<Header, Fault> {
 }
 
 impl Header {
+    /// The sign of the unit of lengths.
+    fn length_unit(&self) -> &'static str {
+        match self.xyzt_units & 7 {
+            1 => "m",
+            3 => "µm",
+            _ => "mm",
+        }
+    }
+
     /// Number of voxels along x, y and z, and how many volumes of them there are. Axes beyond the fifth must have size 1.
     pub(crate) fn shape(&self) -> Result<Shape, Fault> {
         let axes = self.dim[0];
@@ -469,6 +481,7 @@ impl Fields<'_> {
             dim: [0, 1, 2, 3, 4, 5, 6, 7].map(|axis| i64::from(self.i16(40 + 2 * axis))),
             datatype: self.i16(70),
             pixdim: [0, 1, 2, 3, 4, 5, 6, 7].map(|axis| self.f32(76 + 4 * axis)),
+            xyzt_units: self.bytes[123],
             scl_slope: self.f32(112),
             scl_inter: self.f32(116),
             qform_code: i32::from(self.i16(252)),
@@ -492,6 +505,7 @@ impl Fields<'_> {
             dim: [0, 1, 2, 3, 4, 5, 6, 7].map(|axis| self.i64(16 + 8 * axis)),
             datatype: self.i16(12),
             pixdim: [0, 1, 2, 3, 4, 5, 6, 7].map(|axis| self.f64(104 + 8 * axis)),
+            xyzt_units: u8::try_from(self.i32(500) & 255).unwrap_or(0),
             scl_slope: self.f64(176),
             scl_inter: self.f64(184),
             qform_code: self.i32(344),

@@ -84,6 +84,7 @@ pub(crate) fn load(
         lattice: Lattice {
             // Rows run from the top of a picture down.
             up_hint: Some(DVec3::NEG_Y),
+            unit: stack.unit,
             ..Lattice::unnamed(
                 [stack.kind.width, stack.kind.height, stack.depth],
                 decode::upright(stack.spacing, [0.0; 3]),
@@ -99,7 +100,8 @@ fn described(path: &Path, files: usize) -> Result<(Pages, Notes), Error> {
     let notes = Notes::of(&pages.first, pages.count, pages.kind.components);
     let notes = match (files, notes) {
         (1, notes) => notes.map_err(|fault| fault.at(path))?,
-        (_, notes) => Notes::plain(notes.map_or([1.0; 3], |notes| notes.spacing), pages.count),
+        (_, Ok(notes)) => notes.as_slices(pages.count),
+        (_, Err(_)) => Notes::plain([1.0; 3], pages.count),
     };
     Ok((pages, notes))
 }
@@ -108,6 +110,7 @@ fn described(path: &Path, files: usize) -> Result<(Pages, Notes), Error> {
 struct Part<'a> {
     pages: &'a Pages,
     spacing: [f64; 3],
+    unit: Option<String>,
     /// The pages of each channel that is read.
     slices: Vec<&'a [usize]>,
     /// The components of a pixel that are read.
@@ -141,6 +144,7 @@ impl<'a> Part<'a> {
         Ok(Self {
             pages,
             spacing: notes.spacing,
+            unit: notes.unit.clone(),
             slices: channels
                 .iter()
                 .map(|&channel| notes.slices(channel, time))
@@ -192,6 +196,7 @@ struct Stack {
     depth: usize,
     voxels: Vec<Voxels>,
     spacing: [f64; 3],
+    unit: Option<String>,
 }
 
 impl Stack {
@@ -201,6 +206,7 @@ impl Stack {
             depth: part.slices[0].len(),
             voxels: part.decode(path)?,
             spacing: part.spacing,
+            unit: part.unit.clone(),
         })
     }
 

@@ -90,6 +90,7 @@ pub(crate) fn load(
             up_hint: Some(DVec3::Z),
             space: Some("left-posterior-superior".to_owned()),
             modality: pictures[0].modality,
+            unit: Some("mm".to_owned()),
         },
         voxels: vec![voxels],
     })

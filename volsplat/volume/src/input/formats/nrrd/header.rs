@@ -340,6 +340,7 @@ pub(crate) fn derive(header: &Header) -> Result<Geometry, Fault> {
         up_hint: header.space.as_deref().and_then(up_of),
         space: header.space.clone(),
         modality: None,
+        unit: None,
     };
     Ok(Geometry {
         lattice,

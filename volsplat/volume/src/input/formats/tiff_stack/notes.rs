@@ -27,6 +27,8 @@ pub(crate) struct FirstPage {
 pub(crate) struct Notes {
     /// World distance between voxels along x, y and z: 1 where nothing is known.
     pub(crate) spacing: [f64; 3],
+    /// The unit of the spacing.
+    pub(crate) unit: Option<String>,
     pub(crate) axes: ImageAxes,
     /// Slices of a channel at a time.
     pub(crate) depth: usize,
@@ -51,9 +53,18 @@ impl Notes {
     pub(crate) fn plain(spacing: [f64; 3], pages: usize) -> Self {
         Self {
             spacing,
+            unit: None,
             axes: ImageAxes::default(),
             depth: pages,
             pages: (0..pages).collect(),
+        }
+    }
+
+    /// The same, if every page is a slice of one channel.
+    pub(crate) fn as_slices(self, pages: usize) -> Self {
+        Self {
+            unit: self.unit,
+            ..Self::plain(self.spacing, pages)
         }
     }
 
@@ -149,6 +160,7 @@ fn image_j(first: &FirstPage, text: &str, pages: usize, colours: usize) -> Resul
     }
     Ok(Notes {
         spacing,
+        unit: value("unit").and_then(axes::unit),
         axes: ImageAxes {
             channels: known,
             times,
@@ -252,13 +264,18 @@ fn ome(text: &str, pages: usize, colours: usize) -> Result<Notes, Fault> {
         .filter(|node| node.has_tag_name("Channel"))
         .map(channel)
         .chain(std::iter::repeat(ImageChannel::default()));
-    let axes = ImageAxes {
+    let axes_beside = ImageAxes {
         channels: known.take(channels).collect(),
         times,
     };
+    // Micrometres, where the unit is left out.
+    let unit = pixels.attribute("PhysicalSizeXUnit").or(Some("µm"));
     Ok(Notes {
         spacing,
-        axes: axes.without_equal_colours(),
+        unit: unit
+            .filter(|_| pixels.attribute("PhysicalSizeX").is_some())
+            .and_then(axes::unit),
+        axes: axes_beside.without_equal_colours(),
         depth,
         pages: pages_of_planes(pixels, &order, pages)?,
     })

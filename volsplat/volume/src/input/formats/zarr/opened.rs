@@ -147,7 +147,10 @@ pub(crate) fn open(folder: &Path, options: &LoadOptions) -> Result<Opened, Error
         array,
         spans,
         last_axis,
-        lattice: Lattice::unnamed(dims, decode::upright(spacing, origin)),
+        lattice: Lattice {
+            unit: image.unit.clone(),
+            ..Lattice::unnamed(dims, decode::upright(spacing, origin))
+        },
     })
 }
 
@@ -379,6 +382,8 @@ pub(crate) struct Image {
     kinds: Vec<AxisKind>,
     /// The levels, the finest first.
     datasets: Vec<Dataset>,
+    /// The unit of x, the last axis.
+    unit: Option<String>,
     /// The channels as the metadata describes them; empty where it does not.
     channels: Vec<ImageChannel>,
 }
@@ -475,8 +480,11 @@ pub(crate) fn read(folder: &Path) -> Result<Image, Error> {
     }
     let channels = attributes["omero"]["channels"].as_array();
     let channels = channels.into_iter().flatten().map(channel).collect();
+    let last = multiscale["axes"].as_array().and_then(|axes| axes.last());
+    let unit = last.and_then(|axis| axis["unit"].as_str());
     Ok(Image {
         kinds,
+        unit: unit.and_then(axes::unit),
         datasets,
         channels,
     })

@@ -1,0 +1,104 @@
+//! The figure of a scene: what was typed, with the facts of the scene.
+
+use anyhow::{Result, bail};
+use glam::DVec3;
+use resample_core::image::srgb_from_linear;
+use resample_core::{Camera, Projection};
+use resample_io::figure::{Axes, ColourBar, Figure, Ground, ScaleBar, number};
+
+use crate::args::{AxesKind, FigureArgs};
+use crate::picture::background::Background;
+
+/// The facts of a scene that a figure shows.
+pub(crate) struct FigureFacts {
+    /// The box around the visible part, world units.
+    pub(crate) bounds: [DVec3; 2],
+    /// The unit of lengths.
+    pub(crate) unit: Option<String>,
+    /// The names of the axes.
+    pub(crate) names: [String; 3],
+    /// Values and their colours, where the scene has one function for them.
+    pub(crate) colours: Option<([f64; 2], Vec<[f32; 3]>)>,
+}
+
+/// Luminance on a display, 0 to 1, from which on letters are black. The middle.
+const LIGHT_GROUND: f32 = 0.5;
+
+/// The figure; `None` where nothing of one was typed.
+pub(crate) fn figure(
+    args: &FigureArgs,
+    background: &Background,
+    facts: impl FnOnce() -> FigureFacts,
+) -> Option<Figure> {
+    if *args == FigureArgs::default() {
+        return None;
+    }
+    let facts = facts();
+    let [low, high] = facts.bounds;
+    Some(Figure {
+        scale_bar: args.scale_bar.map(|length| ScaleBar {
+            length,
+            unit: facts.unit.clone(),
+            at: 0.5 * (low + high),
+        }),
+        colour_bar: args
+            .colour_bar
+            .clone()
+            .zip(facts.colours)
+            .map(|(title, (range, colours))| ColourBar {
+                title,
+                range,
+                colours,
+            }),
+        axes: args.axes.map(|kind| Axes {
+            names: facts.names,
+            bounds: (kind == AxesKind::Box).then_some(facts.bounds),
+            unit: facts.unit,
+        }),
+        caption: args.caption.clone(),
+        ground: ground(background),
+    })
+}
+
+fn ground(background: &Background) -> Ground {
+    match background {
+        Background::Colour(rgb) => {
+            let [red, green, blue] = rgb.map(|light| srgb_from_linear(light.clamp(0.0, 1.0)));
+            // Weights of Rec. 709.
+            let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+            if luminance > LIGHT_GROUND {
+                Ground::Light
+            } else {
+                Ground::Dark
+            }
+        }
+        Background::Transparent | Background::Picture(_) => Ground::Unknown,
+    }
+}
+
+/// Refuses a bar that is longer than a picture.
+pub(crate) fn check(figure: &Figure, cameras: &[Camera]) -> Result<()> {
+    let Some(ScaleBar {
+        length: Some(length),
+        at,
+        ..
+    }) = figure.scale_bar
+    else {
+        return Ok(());
+    };
+    for camera in cameras {
+        let across = match camera.projection {
+            Projection::Perspective => camera.camera_from_world.transform_point3(at).z,
+            Projection::Orthographic => 1.0,
+        } * f64::from(camera.width)
+            / camera.fx;
+        if across > 0.0 && length > across {
+            bail!(
+                "--scale-bar {}: a picture is {} units wide: choose a shorter bar",
+                number(length),
+                number((1e3 * across).round() / 1e3)
+            );
+        }
+    }
+    Ok(())
+}
