@@ -55,6 +55,7 @@ use crate::args::words::typed::Typed;
 use crate::args::words::{content, listed_slices};
 use crate::args::{Cli, Command, Drawing, GlobalArgs};
 use crate::commands::compare::TooFar;
+use crate::commands::thumbnails::SomeFailed;
 use crate::open::Opened;
 use crate::output::WriteFailure;
 use crate::plan::{Purpose, RunLog};
@@ -105,7 +106,7 @@ pub fn run() -> ExitCode {
 /// Says what went wrong.
 fn failed(error: &anyhow::Error) -> ExitCode {
     report::say(&format!("error: {}", report::one_line(error)));
-    let failed = error.is::<WriteFailure>() || error.is::<TooFar>();
+    let failed = error.is::<WriteFailure>() || error.is::<TooFar>() || error.is::<SomeFailed>();
     ExitCode::from(if failed { EXIT_FAILED } else { EXIT_BAD_INPUT })
 }
 
@@ -118,6 +119,7 @@ fn dispatched(cli: Cli, typed: &Typed) -> Result<()> {
         Command::Compare(args) => commands::compare::run(&args),
         Command::Info(args) => commands::info::run(&args),
         Command::Join(args) => commands::join::run(&args, verbosity),
+        Command::Thumbnails(args) => commands::thumbnails::run(&args, verbosity),
         Command::Trade(args) => commands::trade::run(args, typed, verbosity),
         Command::View(args) => view::run(args, verbosity),
         Command::Completions(args) => {

@@ -112,3 +112,16 @@ def test_options_are_those_of_the_command_line():
     for command in ("volsplat", "texmap", "warp3d"):
         assert {"size", "max_error", "background"} <= fr.options(command).keys()
         assert all(fr.options(command).values()), "each has its help"
+
+
+def test_figures(blob):
+    """Bars, axes and captions are drawn into pictures of arrays, as on the command line."""
+    size = {"size": (160, 120), "orbit": (30, 20), "background": "white"}
+    plain = fr.volsplat(blob, **size)
+    for figure in [{"scale_bar": True}, {"scale_bar": 2.0}, {"colour_bar": "blob"}, {"axes": True}, {"caption": "a blob"}]:
+        drawn = fr.volsplat(blob, **size, **figure)
+        assert 20 < (drawn != plain).any(axis=2).sum() < 4000, figure
+    box = fr.volsplat(blob, axes="box", **size)
+    assert (box != plain).any()
+    with pytest.raises(ValueError, match="shorter bar"):
+        fr.volsplat(blob, scale_bar=1e6, **size)

@@ -34,7 +34,8 @@ pub use crate::args::given::listed;
 pub use crate::args::sequence::{AskArgs, PartArgs};
 pub use crate::args::tools::{
     BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable, CompareArgs, CompletionsArgs, DemoArgs,
-    InfoArgs, JoinArgs, ManArgs, SceneArg, ServeArgs, TradeArgs, TradeOptions, ViewArgs,
+    InfoArgs, JoinArgs, ManArgs, SceneArg, ServeArgs, ThumbnailsArgs, TradeArgs, TradeOptions,
+    ViewArgs,
 };
 pub use drawing::Drawing;
 pub use figure::{AxesKind, FigureArgs};
@@ -51,7 +52,8 @@ resample FILE -o PICTURE finds the command that draws a file by its content.
 
 Exit codes:
   0    everything that was asked for is written
-  1    a file could not be written although all checks had passed, or a bound of compare is broken
+  1    a file could not be written although all checks had passed, a bound of compare is broken, or some of the files of thumbnails
+       could not be drawn
   2    the input or the options are bad; nothing is written
   130  Ctrl-C; what is finished is kept";
 
@@ -86,6 +88,10 @@ pub enum Command {
     ///
     /// Example: resample join head.tile-*.exr -o head.png
     Join(JoinArgs),
+    /// Draw a small picture of each of many files, and a sheet of all of them
+    ///
+    /// Example: resample thumbnails models/*.glb scans/*.nrrd -o previews
+    Thumbnails(ThumbnailsArgs),
     /// Measure cost and error of every choice on a scene: error against time, as one page with pictures
     ///
     /// Example: resample trade volsplat engine.nrrd --transfer tf.json --out report --settings slab,subpixel

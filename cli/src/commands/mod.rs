@@ -8,4 +8,5 @@ pub(crate) mod completions;
 pub(crate) mod demo;
 pub(crate) mod info;
 pub(crate) mod join;
+pub(crate) mod thumbnails;
 pub(crate) mod trade;

@@ -46,7 +46,7 @@ pub struct Opened {
 impl Opened {
     /// Reads the files of a command that draws.
     pub fn read(drawing: Drawing, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
-        Ok(Self {
+        let opened = Self {
             scene: match drawing {
                 Drawing::Texmap(args) => Box::new(OpenMesh::read(*args, verbosity)?),
                 Drawing::Volsplat(args) => Box::new(OpenVolume::read(*args, purpose, verbosity)?),
@@ -54,7 +54,9 @@ impl Opened {
                 Drawing::Warp3d(args) => Box::new(OpenDepth::read(*args, purpose, verbosity)?),
                 Drawing::Points(args) => Box::new(OpenPoints::read(*args, purpose, verbosity)?),
             },
-        })
+        };
+        opened.check_figure()?;
+        Ok(opened)
     }
 
     /// One camera per picture.
@@ -96,7 +98,9 @@ impl Opened {
 
     /// Takes new options of the same command and scene; false where the scene has to be read again for them.
     pub fn change(&mut self, drawing: &Drawing, change: Change) -> Result<bool> {
-        self.scene.change(drawing, change)
+        let is_changed = self.scene.change(drawing, change)?;
+        self.check_figure()?;
+        Ok(is_changed)
     }
 
     /// Applies the animation state of frame `number`.
@@ -136,7 +140,16 @@ impl Opened {
 
     /// The figure of every picture.
     pub(crate) fn figure(&self) -> Option<Figure> {
-        self.scene.figure()
+        // It was checked when the options were taken.
+        self.scene.figure().ok().flatten()
+    }
+
+    /// Refuses a figure that the pictures cannot have.
+    fn check_figure(&self) -> Result<()> {
+        match self.scene.figure()? {
+            Some(figure) => picture::figure::check(&figure, self.scene.cameras()),
+            None => Ok(()),
+        }
     }
 
     /// The first visible point on the ray of a camera with one pixel.

@@ -27,8 +27,11 @@ pub(crate) trait OpenScene: Any + Send + Sync {
     fn background(&self) -> &Background;
 
     /// The figure of every picture.
-    fn figure(&self) -> Option<Figure> {
-        None
+    ///
+    /// # Errors
+    /// Parts of a figure that the scene does not have.
+    fn figure(&self) -> Result<Option<Figure>> {
+        Ok(None)
     }
 
     /// The bounding box of the visible part, world units: its least and its greatest corner. `None` for depth images.

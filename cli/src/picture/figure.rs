@@ -25,17 +25,25 @@ pub(crate) struct FigureFacts {
 const LIGHT_GROUND: f32 = 0.5;
 
 /// The figure; `None` where nothing of one was typed.
+///
+/// # Errors
+/// A colour bar of a scene that has no such scale.
 pub(crate) fn figure(
     args: &FigureArgs,
     background: &Background,
     facts: impl FnOnce() -> FigureFacts,
-) -> Option<Figure> {
+) -> Result<Option<Figure>> {
     if *args == FigureArgs::default() {
-        return None;
+        return Ok(None);
     }
     let facts = facts();
+    if args.colour_bar.is_some() && facts.colours.is_none() {
+        bail!(
+            "--colour-bar: only a volume with one transfer function has a scale of colours, not labels, several channels or a mesh: leave it out"
+        );
+    }
     let [low, high] = facts.bounds;
-    Some(Figure {
+    Ok(Some(Figure {
         scale_bar: args.scale_bar.map(|length| ScaleBar {
             length,
             unit: facts.unit.clone(),
@@ -57,7 +65,7 @@ pub(crate) fn figure(
         }),
         caption: args.caption.clone(),
         ground: ground(background),
-    })
+    }))
 }
 
 fn ground(background: &Background) -> Ground {

@@ -222,9 +222,6 @@ impl Plan {
         render: &mut RenderShot,
     ) -> Result<()> {
         let Run { mut stats, log } = run;
-        if let Some(figure) = &self.finish.figure {
-            picture::figure::check(figure, cameras)?;
-        }
         let part = Part::of(request, cameras.len())?;
         targets::check_pictures(request, &self.names, &part.numbers, &self.gate.files())?;
         let read = targets::read(request, self.gate.files());

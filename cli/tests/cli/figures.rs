@@ -63,7 +63,7 @@ fn what_no_figure_has_is_refused() {
         ("--scale-bar=1000", "choose a shorter bar"),
         ("--scale-bar=0", "--scale-bar"),
         ("--axes=cube", "directions"),
-        ("--labels --colour-bar", "no single scale of colours"),
+        ("--labels --colour-bar", "one transfer function has a scale"),
     ] {
         assert_refused(&bench, &format!("volsplat {to} {words}"), named);
     }

@@ -39,6 +39,7 @@ mod stored;
 mod texmap;
 mod texmap_formats;
 mod trade;
+mod thumbnails;
 mod time_steps;
 mod transfer;
 mod view;

@@ -347,3 +347,20 @@ impl ServeArgs {
         }
     }
 }
+
+/// Options of `resample thumbnails`.
+#[derive(Args, Clone, Debug)]
+pub struct ThumbnailsArgs {
+    /// Volumes, 3-D Gaussians, meshes and scans of any format
+    #[arg(value_name = "FILE", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Folder of the thumbnails, FILE.png each, and of contact-sheet.png
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: PathBuf,
+    /// Width and height of a thumbnail, px
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(16..=4096))]
+    pub size: u32,
+    /// Columns of the contact sheet [default: as many as rows]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
+    pub columns: Option<u16>,
+}

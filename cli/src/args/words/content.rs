@@ -173,7 +173,8 @@ pub(crate) fn with_command(
         return Ok(words);
     }
     let path: PathBuf = InputFile::of(words[at].clone()).path;
-    let is_there = path.exists() || word.contains(['*', '?']);
+    let is_steps = || volsplat::input::step_files(&path).is_ok_and(|steps| steps.is_some());
+    let is_there = path.exists() || word.contains(['*', '?']) || is_steps();
     if !is_there {
         if word.contains(['.', '/']) {
             bail!("{word}: neither a file nor a command; resample -h lists the commands");

@@ -116,7 +116,7 @@ impl OpenScene for OpenMesh {
         &self.plan.finish.background
     }
 
-    fn figure(&self) -> Option<Figure> {
+    fn figure(&self) -> Result<Option<Figure>> {
         let input = self.args.input.path.extension();
         let is_gltf = input.is_some_and(|ending| {
             ending.eq_ignore_ascii_case("glb") || ending.eq_ignore_ascii_case("gltf")
@@ -198,7 +198,7 @@ impl OpenScene for OpenMesh {
     }
 
     fn finish(self: Box<Self>, planned: Option<Value>, log: RunLog) -> Result<()> {
-        let figure = self.figure();
+        let figure = self.figure()?;
         let Self {
             args,
             mut plan,

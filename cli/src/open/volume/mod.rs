@@ -149,20 +149,11 @@ impl OpenVolume {
             bounds: self.visible_bounds_in_world(),
             unit: framing::volume::unit(described),
             names: names.unwrap_or(["x", "y", "z"].map(str::to_owned)),
-            colours: self.function().map(colours),
+            colours: self
+                .function()
+                .filter(|_| self.content.look.channels.len() == 1)
+                .map(colours),
         }
-    }
-
-    /// Refuses a colour bar where no single function gives values their colours.
-    fn check_colour_bar(&self) -> Result<()> {
-        if self.args.figure.colour_bar.is_some()
-            && (self.function().is_none() || self.content.look.channels.len() > 1)
-        {
-            bail!(
-                "--colour-bar: labels, colours and several channels have no single scale of colours: leave it out"
-            );
-        }
-        Ok(())
     }
 
     /// Returns true if the trilinear field is drawn, and not samples.

@@ -30,7 +30,7 @@ impl OpenScene for OpenVolume {
         &self.plan.finish.background
     }
 
-    fn figure(&self) -> Option<Figure> {
+    fn figure(&self) -> Result<Option<Figure>> {
         figure::figure(&self.args.figure, self.background(), || self.figure_facts())
     }
 
@@ -150,8 +150,7 @@ impl OpenScene for OpenVolume {
 
     fn finish(self: Box<Self>, planned: Option<Value>, log: RunLog) -> Result<()> {
         let mut open = *self;
-        open.check_colour_bar()?;
-        open.plan.finish.figure = open.figure();
+        open.plan.finish.figure = open.figure()?;
         if open.args.sequence.part.tile.is_some() && !open.is_field() {
             bail!("--tile requires the field renderer; use --frames instead");
         }

@@ -12,6 +12,7 @@ mod canvas;
 mod mask;
 mod parts;
 mod place;
+mod sheet;
 mod text;
 mod ticks;
 
@@ -19,6 +20,7 @@ use glam::DVec2;
 use resample_core::{Camera, Image};
 
 pub use parts::{Axes, ColourBar, Ground, ScaleBar};
+pub use sheet::sheet;
 pub use ticks::{number, round_length};
 
 use crate::figure::canvas::Canvas;

@@ -131,6 +131,40 @@ fn numbers_are_round_and_written_short() {
 }
 
 #[test]
+fn a_sheet_has_its_pictures_in_rows_over_their_names() {
+    let red = |side: usize| {
+        let mut image = Image::transparent(side, side);
+        image.rgba.fill([1.0, 0.0, 0.0, 1.0]);
+        image
+    };
+    let name = "a very long name of a file.glb".repeat(4);
+    let cells = [
+        ("a".to_owned(), red(40)),
+        (name, red(30)),
+        ("c".to_owned(), red(40)),
+    ];
+    let sheet = sheet(&cells, 40, 2);
+    assert_eq!((sheet.width, sheet.height), (11 + 2 * 51, 11 + 2 * 73));
+    let is_red = |x: usize, y: usize| sheet.pixel(x, y) == [1.0, 0.0, 0.0, 1.0];
+    assert!(
+        is_red(11, 11) && is_red(50, 50) && !is_red(51, 11),
+        "the first"
+    );
+    assert!(
+        !is_red(62, 11) && is_red(67, 16),
+        "a smaller picture stands in the middle"
+    );
+    assert!(is_red(11, 84) && !is_red(62, 84), "the second row has one");
+    let names = sheet.rgba.iter().filter(|pixel| pixel[0] < 0.5).count();
+    assert!(names > 60, "{names}");
+    // The long name stays between its neighbours.
+    assert!(
+        (0..sheet.height)
+            .all(|y| sheet.pixel(56, y) == [1.0; 4] && sheet.pixel(108, y) == [1.0; 4])
+    );
+}
+
+#[test]
 fn any_camera_and_any_text_are_drawn_without_panic() {
     let mut image = Image::transparent(40, 30);
     let text = "\n\u{0}木 éß\u{200d} very long ".repeat(50);

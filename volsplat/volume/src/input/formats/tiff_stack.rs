@@ -100,7 +100,7 @@ fn described(path: &Path, files: usize) -> Result<(Pages, Notes), Error> {
     let notes = Notes::of(&pages.first, pages.count, pages.kind.components);
     let notes = match (files, notes) {
         (1, notes) => notes.map_err(|fault| fault.at(path))?,
-        (_, Ok(notes)) => notes.as_slices(pages.count),
+        (_, Ok(notes)) => notes.sliced(pages.count),
         (_, Err(_)) => Notes::plain([1.0; 3], pages.count),
     };
     Ok((pages, notes))

@@ -61,7 +61,7 @@ impl Notes {
     }
 
     /// The same, if every page is a slice of one channel.
-    pub(crate) fn as_slices(self, pages: usize) -> Self {
+    pub(crate) fn sliced(self, pages: usize) -> Self {
         Self {
             unit: self.unit,
             ..Self::plain(self.spacing, pages)

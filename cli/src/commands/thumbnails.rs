@@ -1,0 +1,131 @@
+//! `resample thumbnails`: a small picture of each of many files, and all of them on one sheet.
+//!
+//! Takes files of any kind that one file can be drawn from, gives a PNG for each in a folder, and a contact sheet. Each is drawn as
+//! `resample FILE` draws it. Files that cannot be drawn are listed at the end, and the others are there.
+
+use std::collections::HashSet;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail};
+use clap::Parser;
+use resample_core::Image;
+use resample_io::figure;
+
+use crate::args::words::content;
+use crate::args::{Cli, Command, Drawing, ThumbnailsArgs};
+use crate::open::Opened;
+use crate::output;
+use crate::output::{Depth, Format};
+use crate::plan::Purpose;
+use crate::process::report;
+use crate::process::report::{Verbosity, watch};
+
+/// Some of several files could not be drawn.
+#[derive(Debug)]
+pub(crate) struct SomeFailed {
+    failed: usize,
+    all: usize,
+}
+
+impl std::fmt::Display for SomeFailed {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        write!(
+            f,
+            "{} of {} files could not be drawn, as listed above",
+            self.failed, self.all
+        )
+    }
+}
+
+impl std::error::Error for SomeFailed {}
+
+/// Draws the thumbnails and the sheet.
+pub(crate) fn run(args: &ThumbnailsArgs, verbosity: Verbosity) -> Result<()> {
+    output::make_folder(&args.output)?;
+    let mut tell = watch("drawing thumbnails", verbosity.progress());
+    let mut names = HashSet::new();
+    let (mut cells, mut faults) = (Vec::new(), Vec::new());
+    for (done, file) in args.files.iter().enumerate() {
+        tell(done as f64 / args.files.len() as f64);
+        let drawn = drawn(file, args).and_then(|image| {
+            let path = args.output.join(name(file, &mut names));
+            output::write_picture(&path, Format::Png(Depth::Eight), &image)?;
+            Ok(image)
+        });
+        match drawn {
+            Ok(image) => cells.push((last_part(file), image)),
+            Err(error) => faults.push(format!("{}: {}", file.display(), report::one_line(&error))),
+        }
+    }
+    tell(1.0);
+    if !cells.is_empty() {
+        let square = || (1..).find(|side| side * side >= cells.len());
+        let columns = args.columns.map(usize::from).or_else(square).unwrap_or(1);
+        let sheet = figure::sheet(&cells, args.size as usize, columns);
+        let path = args.output.join(SHEET);
+        output::write_picture(&path, Format::Png(Depth::Eight), &sheet)?;
+        if verbosity != Verbosity::Quiet {
+            let count = cells.len();
+            report::say(&format!("wrote {count} thumbnails and {}", path.display()));
+        }
+    }
+    if faults.is_empty() {
+        return Ok(());
+    }
+    faults.iter().for_each(|fault| report::say(fault));
+    Err(SomeFailed {
+        failed: faults.len(),
+        all: args.files.len(),
+    }
+    .into())
+}
+
+/// The file name of the sheet.
+const SHEET: &str = "contact-sheet.png";
+
+/// The picture of one file, as its command draws it.
+fn drawn(file: &Path, args: &ThumbnailsArgs) -> Result<Image> {
+    let side = args.size;
+    let options = [
+        "--output=thumbnail.png".to_owned(),
+        format!("--size={side}x{side}"),
+    ];
+    let words = [OsString::from("resample"), file.into()]
+        .into_iter()
+        .chain(options.map(OsString::from));
+    let words = content::with_command(words.collect(), |_| false)?;
+    let words = content::of_content(words);
+    let first_line = |error: clap::Error| {
+        let text = error.to_string();
+        let line = text.lines().next().unwrap_or_default();
+        anyhow::anyhow!("{}", line.trim_start_matches("error: "))
+    };
+    let Command::Draw(drawing) = Cli::try_parse_from(words).map_err(first_line)?.command else {
+        bail!("no file that a command draws");
+    };
+    if matches!(drawing, Drawing::Warp3d(_)) {
+        bail!("a picture and its depth are drawn from a camera: resample warp3d");
+    }
+    let mut opened = Opened::read(drawing, Purpose::Draw, Verbosity::Quiet)?;
+    let camera = *opened.cameras().first().context("nothing to draw")?;
+    let image = opened.draw(&camera)?.image;
+    Ok(opened.finished(image, &camera))
+}
+
+/// The last part of a path, for the sheet.
+fn last_part(file: &Path) -> String {
+    file.file_name()
+        .unwrap_or(file.as_os_str())
+        .to_string_lossy()
+        .into_owned()
+}
+
+/// A name for the thumbnail of a file; a number behind it tells files of one name apart.
+fn name(file: &Path, taken: &mut HashSet<String>) -> PathBuf {
+    let own = last_part(file).replace(['*', '?', '%'], "_");
+    let numbered = (2..).map(|number| format!("{own}-{number}"));
+    let mut names = std::iter::once(own.clone()).chain(numbered);
+    let free = names.find(|name| taken.insert(name.clone())).unwrap_or(own);
+    PathBuf::from(free + ".png")
+}
