@@ -33,6 +33,8 @@
 //! ```
 
 #[cfg(feature = "input")]
+pub mod background;
+#[cfg(feature = "input")]
 pub mod input;
 
 // In the order in which data flow through a frame.

@@ -16,10 +16,10 @@ use warp3d::input::cameras;
 use warp3d::input::cameras::{CameraSet, Distortion, Hints, Lens, Pair};
 use warp3d::panorama;
 
-use crate::cameras::camera_file;
-use crate::cameras::camera_file::{CameraDefaults, CameraFile, FileCamera};
 use crate::values;
 use crate::values::Size;
+use resample_io::camera_file;
+use resample_io::camera_file::{CameraDefaults, CameraFile, FileCamera};
 
 /// A camera as it was typed.
 #[derive(Clone, Debug, PartialEq)]

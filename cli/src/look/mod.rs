@@ -9,7 +9,7 @@ pub(crate) mod transfer;
 pub(crate) mod file_channel;
 pub(crate) mod channel_look;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use volsplat::input::ImageChannel;
 use volsplat::{Blend, Described, RenderOptions, TransferFunction};
 
@@ -61,6 +61,7 @@ pub(crate) enum LookSource {
 /// # Errors
 /// Options that contradict one another, and files of looks that cannot be read.
 pub(crate) fn decide(args: &VolsplatArgs, format: Format, channels: &[Channel]) -> Result<Look> {
+    check_typed(args, channels)?;
     let suggested_blend = projected(args, format, channels)?.then_some(Blend::Maximum);
     let is_projection = suggested_blend.is_some()
         || matches!(
@@ -111,6 +112,25 @@ fn options(
         volume,
         suggested,
     ))
+}
+
+/// Refuses looks of channels that were not read.
+fn check_typed(args: &VolsplatArgs, channels: &[Channel]) -> Result<()> {
+    for (place, typed) in args.scene.channels.components.iter().enumerate() {
+        let is_its = |channel: &Channel| match channel.source {
+            LookSource::Channel(channel) => {
+                channel.typed == Some(place) || channel.number.to_string() == typed.channel
+            }
+            _ => false,
+        };
+        if !channels.iter().any(is_its) {
+            bail!(
+                "--channel {}: the volume was read without this channel: read it again",
+                typed.channel
+            );
+        }
+    }
+    Ok(())
 }
 
 /// Returns true if the channels of an image are projected, because nobody typed what a projection does not have: their windows are made for

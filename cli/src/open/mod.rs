@@ -3,6 +3,7 @@
 //! `open_scene` is the face of the applications (`volume`, `gaussians`, `mesh`, `depth`, `points`), each of which has a folder; a `setting` holds the
 //! options of an opened scene. [`volume()`] and [`mesh()`] make scenes of data in memory.
 
+pub(crate) mod figure;
 pub mod setting;
 pub(crate) mod open_scene;
 pub(crate) mod volume;
@@ -147,7 +148,7 @@ impl Opened {
     /// Refuses a figure that the pictures cannot have.
     fn check_figure(&self) -> Result<()> {
         match self.scene.figure()? {
-            Some(figure) => picture::figure::check(&figure, self.scene.cameras()),
+            Some(figure) => figure::check(&figure, self.scene.cameras()),
             None => Ok(()),
         }
     }

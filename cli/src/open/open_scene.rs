@@ -13,10 +13,10 @@ use crate::args::Drawing;
 use crate::cameras::viewpoint;
 use crate::open::setting::Setting;
 use crate::picture::Drawn;
-use crate::picture::background::Background;
 use crate::picture::bands::Window;
 use crate::plan::{Change, RunLog};
 use resample_io::figure::Figure;
+use texmap::background::Background;
 
 /// A scene whose files are read.
 pub(crate) trait OpenScene: Any + Send + Sync {

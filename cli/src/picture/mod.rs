@@ -2,22 +2,21 @@
 //!
 //! Takes any renderer as a closure, a camera and a file name, gives what the stats file says about the picture.
 
-pub mod background;
 pub mod bands;
-pub(crate) mod figure;
 pub(crate) mod input_picture;
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use resample_core::{Camera, Image};
+pub use resample_io::camera_file::{MAX_PIXELS, check_size};
 use resample_io::figure::Figure;
 
 use crate::output;
 use crate::output::Format;
-use crate::picture::background::Background;
 use crate::picture::bands::Window;
 use crate::process::report::{Account, WrittenFrame};
+use texmap::background::Background;
 
 /// How every picture of a run is finished.
 #[derive(Clone, Debug)]
@@ -28,21 +27,6 @@ pub struct Finish {
     pub background: Background,
     /// The figure that is drawn over it.
     pub figure: Option<Figure>,
-}
-
-/// Most pixels of a picture: 16384 x 16384. The picture alone then takes 4 GiB; a camera file must not be able to
-/// ask for all memory by its width and height.
-pub const MAX_PIXELS: u64 = 1 << 28;
-
-/// Checks that a picture of this size can be held.
-pub fn check_size(camera: &Camera) -> Result<()> {
-    let (width, height) = (camera.width, camera.height);
-    if u64::from(width) * u64::from(height) > MAX_PIXELS {
-        bail!(
-            "a picture of {width}x{height} has more than {MAX_PIXELS} pixels: choose a smaller size"
-        );
-    }
-    Ok(())
 }
 
 /// One drawing of a sequence: the picture of a camera, or a window of it.

@@ -18,20 +18,21 @@ use resample_core::{Camera, Projection};
 use resample_io::Gate;
 
 use crate::args::PartArgs;
-use crate::cameras::camera_file::{CameraDefaults, CameraFile};
 use crate::cameras::camera_path::{CameraPath, Moment};
 use crate::cameras::framing::{Extent, Lens, Stance, View};
 use crate::cameras::framing::{Measure, fit};
-use crate::cameras::{camera_file, camera_path, framing};
+use crate::cameras::{camera_path, framing};
 use crate::output::{Depth, FilmKind, FilmPlan, Format, FrameNames};
-use crate::picture::background::Background;
 use crate::picture::{Finish, RenderShot};
 use crate::plan::sequence::{Existing, Fingerprint, Part, Sequence};
 use crate::process::report;
 use crate::process::report::{RunStats, Verbosity};
 use crate::values::{BackgroundWord, Orbit, Size};
 use crate::{output, picture};
+use resample_io::camera_file;
+use resample_io::camera_file::{CameraDefaults, CameraFile};
 pub use run_log::{Follow, RunLog};
+use texmap::background::Background;
 
 pub(crate) use records::{camera_record, picture_record};
 pub(crate) use request::Request;
@@ -251,7 +252,7 @@ impl Plan {
             )?;
         }
         if let Some(path) = &request.camera.save_camera {
-            output::write_text(path, &camera_file::text(cameras)?)?;
+            output::write_text(path, &camera_file::text(cameras))?;
         }
         if log.verbosity != Verbosity::Quiet {
             if outcome.kept > 0 {
@@ -272,7 +273,7 @@ impl Plan {
 /// The background that was asked for; where a picture has to be opaque, black if none was.
 fn background(word: Option<&BackgroundWord>, opaque: bool) -> Result<Background> {
     match word {
-        Some(BackgroundWord::File(path)) => Background::read(path),
+        Some(BackgroundWord::File(path)) => Ok(Background::read(path)?),
         Some(&BackgroundWord::Colour(colour)) => Ok(Background::Colour(colour)),
         Some(BackgroundWord::Transparent) | None if opaque => Ok(Background::Colour([0.0; 3])),
         Some(BackgroundWord::Transparent) | None => Ok(Background::Transparent),
@@ -374,7 +375,7 @@ fn file_cameras(file: &CameraFile, bounds: [DVec3; 2]) -> Result<Vec<Camera>> {
         CameraFile::One(camera) => Ok(vec![camera.for_bounds(bounds)?]),
         CameraFile::List(list) => list
             .iter()
-            .map(|camera| camera.for_bounds(bounds))
+            .map(|camera| Ok(camera.for_bounds(bounds)?))
             .collect(),
     }
 }

@@ -4,7 +4,7 @@
 //! 2. pilot: a small preview of some pictures shows where they have contrast; small windows stand there (`metrics::windows` of the core), in
 //!    which the exact setting and the candidates are drawn (`pilot`);
 //! 3. search: the default first, then up the ladder until a setting keeps the bound, or down it while one does
-//!    (`search`); errors of whole pictures are predicted from those of windows with a margin (`estimate`);
+//!    (`search`); errors of whole pictures are predicted from those of windows with a margin (`metrics::estimate`);
 //!    for a time, the least measured error among all that fit;
 //! 4. the scene that was read is drawn with the setting that was chosen, and the choice is explained (`explain`).
 //!
@@ -15,7 +15,6 @@
 mod ladder;
 mod pilot;
 mod compared;
-mod estimate;
 mod search;
 mod explain;
 

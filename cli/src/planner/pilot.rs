@@ -13,10 +13,10 @@ use crate::measure;
 use crate::measure::Rendered;
 use crate::open::setting::{Choices, Setting};
 use crate::open::{Opened, Parts};
-use crate::planner::estimate::{MOST_VIEWS, ViewErrors, WindowError};
 use crate::planner::ladder::{Ladder, Rung};
 use crate::process::report::Cost;
 use crate::values::{Bound, BoundMetric};
+use resample_core::metrics::estimate::{MOST_VIEWS, ViewErrors, WindowError};
 use resample_core::metrics::windows::{COVERED, Cells, TrialWindow, pixels};
 
 /// A scene, its pictures, and the setting that was typed.

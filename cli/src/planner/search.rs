@@ -8,12 +8,12 @@
 use anyhow::Result;
 
 use crate::open::setting::{Choices, Setting};
-use crate::planner::estimate::{predicted, seen};
 use crate::planner::ladder::{Ladder, Rung};
 use crate::planner::pilot::{
     Asked, Candidate, DRAWS, Pilot, PlannedScene, SHARE_OF_EXACT, effort, side_px,
 };
 use crate::values::BoundMetric;
+use resample_core::metrics::estimate::{predicted, seen};
 
 /// A setting that was tried.
 #[derive(Clone, Debug)]

@@ -1,5 +1,7 @@
 //! Bounds on the error and the time of a picture.
 
+use resample_core::metrics::estimate::BoundMetric;
+
 /// The largest error that is allowed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
@@ -7,25 +9,6 @@ pub struct Bound {
     pub metric: BoundMetric,
     /// Its largest value, above 0, where white is 1.
     pub value: f64,
-}
-
-/// The error that is bounded. Both are of linear, premultiplied red, green and blue.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BoundMetric {
-    /// Root mean square over the covered pixels of the exact picture.
-    Rms,
-    /// Largest change of any pixel.
-    Max,
-}
-
-impl BoundMetric {
-    /// As it is typed.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Rms => "rms",
-            Self::Max => "max",
-        }
-    }
 }
 
 /// `1/255`, `0.004`, or one of them behind `rms:` or `max:`.

@@ -17,9 +17,10 @@ mod bound;
 mod part;
 
 pub use crate::values::part::{IntrinsicsWord, Sway, bytes, intrinsics, sway};
-pub use bound::{Bound, BoundMetric, bound, metric_bound, time_ms};
+pub use bound::{Bound, bound, metric_bound, time_ms};
 pub use part::{FrameRange, LookOf, TileWord, frames, look_of, tile};
 pub use resample_core::camera::orbit::{Orbit, Size};
+pub use resample_core::metrics::estimate::BoundMetric;
 pub use warp3d::multiview::Grid;
 
 /// Most views along a side of a grid: more than any light-field screen shows.

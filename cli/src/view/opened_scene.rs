@@ -12,13 +12,10 @@ use super::facts;
 use super::message::{Exactness, View};
 use crate::args::Drawing;
 use crate::args::words::content::Application;
-use crate::cameras::camera_file;
-use crate::cameras::camera_file::CameraDefaults;
 use crate::cameras::framing;
 use crate::cameras::viewpoint::DEFAULT_FOV_Y_DEG;
 use crate::open::Opened;
 use crate::open::open_scene::Probed;
-use crate::picture::background::Background;
 use crate::picture::bands::Window;
 use crate::plan::{DEFAULT_SIZE, Purpose};
 use crate::process::report;
@@ -26,6 +23,9 @@ use crate::process::report::Verbosity;
 use crate::values::{BackgroundWord, Size};
 use crate::view::options_text::{Changes, Files, Words};
 use crate::{picture, planner, values};
+use resample_io::camera_file;
+use resample_io::camera_file::CameraDefaults;
+use texmap::background::Background;
 
 /// Most pixels of a picture that the page may ask for: those of a screen of 3840x2160.
 const MAX_PIXELS: u64 = 3840 * 2160;

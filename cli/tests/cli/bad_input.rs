@@ -134,7 +134,7 @@ fn places_that_cannot_be_written_are_refused_before_rendering() {
         assert_one_line(&bench, &format!("volsplat ball.raw {BALL} {words}"), named);
     };
     refused("-o absent/a.png", "absent/a.png");
-    refused("-o out/a.gif", "out/a.gif");
+    refused("-o out/a.bmp", "out/a.bmp");
     refused("-o out/a", "out/a");
     refused("-o out", "out");
     refused("-o out/a.exr --bits 16", "out/a.exr");

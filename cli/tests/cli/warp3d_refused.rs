@@ -82,7 +82,7 @@ fn words_that_contradict_each_other_are_refused() {
         "--to cameras.json -o out/a.png --filled out/m.png",
         "--filled",
     );
-    refused("--to shift:0,0,0 -o out/a.gif", "out/a.gif");
+    refused("--to shift:0,0,0 -o out/a.bmp", "out/a.bmp");
     refused(
         "--to shift:0,0,0 -o out/a.png --filled out/m.gif",
         "out/m.gif",

@@ -29,10 +29,10 @@ mod formats;
 pub mod colour;
 pub mod depth;
 pub mod whole_picture;
+pub mod camera_file;
 pub mod figure;
 pub mod film;
 pub mod names;
-pub mod listed;
 pub mod write;
 
 pub use crate::picture::{Plane, Stored};
@@ -40,6 +40,7 @@ pub use files::{MAX_PIXELS, Part};
 pub use formats::{exr, npy, ply, tiff};
 pub use gate::{Gate, Outside};
 pub use names::FrameNames;
+pub use names::listed;
 pub use picture::Picture;
 pub use receiver::{Receiver, Room};
 

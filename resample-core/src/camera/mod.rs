@@ -7,6 +7,7 @@
 pub mod framing;
 pub mod orbit;
 pub mod spline;
+pub mod tracks;
 pub mod view;
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};

@@ -9,6 +9,7 @@
 //! modules. Limits: neither HDR-FLIP nor any measure over time; depth and extra planes are not compared.
 
 mod convolve;
+pub mod estimate;
 pub mod flip;
 mod inputs;
 #[cfg(test)]

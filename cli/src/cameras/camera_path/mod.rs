@@ -17,15 +17,15 @@ mod volume_keys;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use glam::{DAffine3, DMat3, DQuat, DVec3};
+use resample_core::Camera;
 use resample_core::camera::spline;
-use resample_core::{Camera, Projection};
+use resample_core::camera::tracks::CameraTracks;
 use resample_io::Gate;
 use serde_json::Value;
 
-use crate::cameras::camera_file;
-use crate::cameras::camera_file::{CameraDefaults, FileCamera};
-use crate::cameras::json_fields::Fields;
+use resample_io::camera_file;
+use resample_io::camera_file::json_fields::Fields;
+use resample_io::camera_file::{CameraDefaults, FileCamera};
 pub(crate) use spline::Moment;
 use volume_keys::Named;
 pub(crate) use volume_keys::{Between, KeyLook, Track, VolumeKey};
@@ -66,6 +66,7 @@ pub(crate) fn read(
     let folder = path.parent().unwrap_or(Path::new(""));
     let named = |name: &str| gate.named_file(name, folder, folder);
     camera_file::read_value(path)
+        .map_err(anyhow::Error::from)
         .and_then(|value| keys(value, defaults, kind, &named))
         .with_context(|| format!("{}: not a usable camera path", path.display()))
 }
@@ -105,97 +106,20 @@ impl CameraPath {
     pub(crate) fn cameras(
         &self,
         pictures: &[Moment],
-        fitted: impl Fn(&FileCamera) -> Result<Camera>,
+        fitted: impl Fn(&FileCamera) -> Result<Camera, resample_core::Error>,
     ) -> Result<Vec<Camera>> {
         let cameras: Vec<Camera> = self
             .keys
             .iter()
             .map(|key| fitted(&key.camera))
-            .collect::<Result<_>>()?;
-        let tracks = Tracks::new(&self.keys, &cameras);
+            .collect::<Result<_, _>>()?;
+        let distances = self.keys.iter().map(|key| key.camera.target_distance());
+        let tracks = CameraTracks::new(&cameras, distances);
         pictures
             .iter()
-            .map(|&at| tracks.camera(&self.times_s, at))
+            .map(|&at| Ok(tracks.camera(&self.times_s, at)?))
             .collect()
     }
-}
-
-/// Moving values, key by key.
-struct Tracks {
-    template: Camera,
-    /// Each number along the keys: pivot x, y, z; then logarithms of distance, focal lengths and near plane; then the
-    /// principal point.
-    numbers: Vec<Vec<f64>>,
-    orientations: Vec<DQuat>,
-    /// True if the eye is away from the pivot.
-    orbits: bool,
-}
-
-impl Tracks {
-    fn new(keys: &[Key], cameras: &[Camera]) -> Self {
-        let distances: Vec<f64> = keys
-            .iter()
-            .map(|key| key.camera.target_distance().unwrap_or(0.0))
-            .collect();
-        let orbits = distances.iter().all(|&distance| distance > 0.0);
-        let mut numbers = vec![Vec::new(); 9];
-        for (camera, distance) in cameras.iter().zip(distances) {
-            let distance = if orbits { distance } else { 0.0 };
-            let pivot = camera.eye_in_world() + distance * camera.forward_in_world();
-            let logarithms = [distance.max(f64::MIN_POSITIVE), camera.fx, camera.fy].map(f64::ln);
-            // An orthographic camera's near plane may be 0 or less.
-            let near = if orthographic(camera) {
-                camera.near
-            } else {
-                camera.near.ln()
-            };
-            let all = pivot
-                .to_array()
-                .into_iter()
-                .chain(logarithms)
-                .chain([near, camera.cx, camera.cy]);
-            numbers
-                .iter_mut()
-                .zip(all)
-                .for_each(|(track, value)| track.push(value));
-        }
-        let orientation =
-            |camera: &Camera| DQuat::from_mat3(&camera.camera_from_world.matrix3.transpose());
-        Self {
-            template: cameras[0],
-            numbers,
-            orientations: cameras.iter().map(orientation).collect(),
-            orbits,
-        }
-    }
-
-    fn camera(&self, times_s: &[f64], at: Moment) -> Result<Camera> {
-        let number = |track: usize| spline::number(times_s, &self.numbers[track], at);
-        let world_from_camera =
-            DMat3::from_quat(spline::orientation(times_s, &self.orientations, at));
-        let distance = if self.orbits { number(3).exp() } else { 0.0 };
-        let eye = DVec3::new(number(0), number(1), number(2)) - distance * world_from_camera.z_axis;
-        let rotation = world_from_camera.transpose();
-        let near = if orthographic(&self.template) {
-            number(6)
-        } else {
-            number(6).exp()
-        };
-        let camera = Camera {
-            camera_from_world: DAffine3::from_mat3_translation(rotation, rotation * -eye),
-            fx: number(4).exp(),
-            fy: number(5).exp(),
-            near,
-            cx: number(7),
-            cy: number(8),
-            ..self.template
-        };
-        Ok(camera.validated()?)
-    }
-}
-
-fn orthographic(camera: &Camera) -> bool {
-    camera.projection == Projection::Orthographic
 }
 
 fn keys(

@@ -2,6 +2,8 @@
 
 use serde_json::json;
 
+use glam::DVec3;
+
 use super::*;
 use crate::values::Size;
 

@@ -14,7 +14,7 @@ use serde_json::Value;
 use volsplat::transfer::Preset;
 use volsplat::{Clip, ClipPlane};
 
-use crate::cameras::json_fields::Fields;
+use resample_io::camera_file::json_fields::Fields;
 
 /// The values of a volume at one key.
 #[derive(Clone, Debug, Default)]

@@ -21,12 +21,12 @@ use crate::commands::built_in;
 use crate::commands::built_in::{DEPTH_IMAGE_FOV_Y_DEG, NEW_EYE};
 use crate::open::Opened;
 use crate::output::{Depth, Format};
-use crate::picture::background::Background;
 use crate::plan::Purpose;
 use crate::process::report;
 use crate::process::report::Verbosity;
 use crate::values::Size;
 use crate::{output, planner};
+use texmap::background::Background;
 
 /// Writes files, pictures and the page, and says where it is.
 pub(crate) fn run(args: &DemoArgs, verbosity: Verbosity) -> Result<()> {

@@ -15,7 +15,6 @@ use volsplat::{Described, Lattice, LoadOptions, RenderOptions, VoxelType};
 use super::words::{Line, between, line, short, sides};
 use crate::args::{InfoArgs, ReadingArgs};
 use crate::cameras::framing;
-use crate::open::volume::channels;
 use crate::open::volume::data::look_through;
 use crate::open::volume::file::load_options;
 use crate::process::report;
@@ -94,7 +93,7 @@ fn facts_of_one(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
         json["colours"] = json!(count);
     }
     if has_channels {
-        lines.push(line("channels", channels::names(&axes)));
+        lines.push(line("channels", axes.numbered_names()));
         lines.push(line("", "the values are those of channel 0"));
         json["channels"] = axes.channels.iter().map(channel_json).collect();
     }

@@ -10,7 +10,6 @@ use warp3d::multiview;
 use warp3d::multiview::{Layout, Places};
 
 use crate::args::{LayoutWord, Warp3dArgs};
-use crate::cameras::camera_file::CameraDefaults;
 use crate::cameras::camera_path::KeyKind;
 use crate::cameras::viewpoint::Known;
 use crate::cameras::{camera_path, viewpoint};
@@ -19,6 +18,7 @@ use crate::open::depth::scene;
 use crate::open::depth::scene::WarpScene;
 use crate::output;
 use crate::values::{Size, Sway};
+use resample_io::camera_file::CameraDefaults;
 
 /// One camera for each frame of a sequence, the first frame's as [`targets`] has it.
 pub(crate) fn of_frames(

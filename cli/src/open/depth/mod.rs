@@ -27,11 +27,11 @@ use crate::open::open_scene::{OpenScene, Parts};
 use crate::open::setting::Setting;
 use crate::output;
 use crate::picture::Drawn;
-use crate::picture::background::Background;
 use crate::picture::bands::Window;
 use crate::plan::{Change, Pictures, Plan, Purpose, Request, Run, RunLog};
 use crate::process::report;
 use crate::process::report::{Notes, RunStats, Verbosity};
+use texmap::background::Background;
 
 mod cameras;
 mod drawer;

@@ -18,7 +18,6 @@ use warp3d::multiview::SeenDepths;
 use warp3d::{Reference, WarpOptions, Warper, input};
 
 use crate::args::{DepthArgs, Warp3dArgs};
-use crate::cameras::camera_file::{FileCamera, NEAR_FRACTION};
 use crate::cameras::viewpoint;
 use crate::cameras::viewpoint::{Known, TakenWith, Viewpoint};
 use crate::output::Format;
@@ -27,6 +26,7 @@ use crate::process::report::Notes;
 use crate::values::IntrinsicsWord;
 use crate::values::input_file::HeldPicture;
 use crate::{output, plan};
+use resample_io::camera_file::{FileCamera, NEAR_FRACTION};
 
 /// The references of a warp and their first camera.
 pub(crate) struct WarpScene {

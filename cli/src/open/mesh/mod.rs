@@ -23,18 +23,18 @@ use crate::args::{Drawing, Given, ModelArgs, SequenceArgs, TexmapArgs};
 use crate::cameras::camera_path::KeyKind;
 use crate::cameras::framing::{Extent, Stance, seen_points};
 use crate::cameras::viewpoint;
+use crate::open::figure;
+use crate::open::figure::FigureFacts;
 use crate::open::open_scene::{OpenScene, Parts, Probed};
 use crate::open::setting::Setting;
 use crate::output::Format;
 use crate::picture::Drawn;
-use crate::picture::background::Background;
 use crate::picture::bands::Window;
-use crate::picture::figure;
-use crate::picture::figure::FigureFacts;
 use crate::plan::{Change, Plan, Request, Run, RunLog};
 use crate::process::report;
 use crate::process::report::{Account, Cost, RunStats, Verbosity};
 use crate::{output, plan};
+use texmap::background::Background;
 
 /// A mesh that is read, ready to be drawn.
 pub(crate) struct OpenMesh {

@@ -25,12 +25,12 @@ use crate::open::points::scan::{Positions, Scan};
 use crate::open::setting::Setting;
 use crate::output::Format;
 use crate::picture::Drawn;
-use crate::picture::background::Background;
 use crate::picture::bands::Window;
 use crate::plan;
 use crate::plan::{Change, Plan, Purpose, Request, Run, RunLog};
 use crate::process::report;
 use crate::process::report::{Account, Cost, RunStats, Verbosity};
+use texmap::background::Background;
 
 /// A scan that is read, ready to be drawn.
 pub(crate) struct OpenPoints {

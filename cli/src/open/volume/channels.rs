@@ -4,7 +4,7 @@
 
 use anyhow::{Context, Result, bail};
 use volsplat::LoadOptions;
-use volsplat::input::{ImageAxes, ImageChannel};
+use volsplat::input::ImageAxes;
 
 use crate::args::{ComponentLook, VolsplatArgs};
 use crate::look::file_channel::{FileChannel, Place};
@@ -25,7 +25,9 @@ pub(crate) fn drawn(
     let typed = &args.scene.channels.components;
     if !typed.is_empty() {
         let channel = |(place, look): (usize, &ComponentLook)| {
-            let number = number_of(&look.channel, axes)
+            let number = axes
+                .number_of(&look.channel)
+                .map_err(anyhow::Error::msg)
                 .with_context(|| format!("{}: --channel {}", args.input, look.channel))?;
             // The components of a vector are counted where they were typed.
             let counted = match axes.channels.len() {
@@ -54,7 +56,7 @@ pub(crate) fn drawn(
             "{}: the file has {count} channels ({}): a transfer function, labels or an isosurface take one of them: \
              {}#component=N; --channel N:COLOUR gives each a look of its own",
             args.input,
-            names(axes),
+            axes.numbered_names(),
             args.input.path.display()
         );
     }
@@ -72,7 +74,7 @@ pub(crate) fn drawn(
         options.gate.remark(format!(
             "{}: {left} of {count} channels ({}) are left out; --channel NAME or --channel N draws them",
             args.input,
-            names(axes)
+            axes.numbered_names()
         ));
     }
     let channel = |number: usize| FileChannel {
@@ -91,36 +93,4 @@ fn is_for_one(args: &VolsplatArgs) -> bool {
         || is_typed(&args.transfer)
         || args.transfer.show_transfer.is_some()
         || args.render.options.blend.iso.is_some()
-}
-
-/// The number of a channel by its number or name; of a file without channels, of a component of its vectors.
-fn number_of(word: &str, axes: &ImageAxes) -> Result<usize> {
-    let count = axes.channels.len();
-    let number = word.parse::<usize>().ok();
-    if let Some(number) = number.filter(|&number| count == 1 || number < count) {
-        return Ok(number);
-    }
-    let lower = word.to_lowercase();
-    let is_named = |channel: &ImageChannel| {
-        let name = channel.name.as_deref().map(str::to_lowercase);
-        name.is_some_and(|name| name == lower)
-    };
-    let found = axes.channels.iter().position(is_named);
-    found.with_context(|| {
-        format!(
-            "no such channel; expected a number from 0 to {} or a name: {}",
-            count - 1,
-            names(axes)
-        )
-    })
-}
-
-/// The channels by number and name.
-pub(crate) fn names(axes: &ImageAxes) -> String {
-    let name = |(number, channel): (usize, &ImageChannel)| match &channel.name {
-        Some(name) => format!("{number} {name}"),
-        None => number.to_string(),
-    };
-    let names: Vec<String> = axes.channels.iter().enumerate().map(name).collect();
-    names.join(", ")
 }

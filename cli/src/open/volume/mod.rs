@@ -33,11 +33,11 @@ use crate::look;
 use crate::look::file_channel::ShownChannel;
 use crate::look::transfer;
 use crate::look::transfer::Suggested;
+use crate::open::figure::FigureFacts;
 use crate::open::volume::data::{Content, Keeping};
 use crate::open::volume::key_motion::VolumeMotion;
 use crate::open::volume::time_steps::TimeSteps;
 use crate::picture::Drawn;
-use crate::picture::figure::FigureFacts;
 use crate::plan::{Plan, Purpose, Request};
 use crate::process::report;
 use crate::process::report::{Account, Cost, Progress, RunStats, Verbosity, watch};
@@ -152,7 +152,7 @@ impl OpenVolume {
             colours: self
                 .function()
                 .filter(|_| self.content.look.channels.len() == 1)
-                .map(colours),
+                .map(TransferFunction::scale),
         }
     }
 
@@ -244,21 +244,6 @@ fn cost(stats: &FrameStats) -> Cost {
         fixed: BRICK * stats.bricks as f64,
         subpixels: stats.subpixels as u32,
     }
-}
-
-/// The values between which a function's colours change and it shows something, and its colours there.
-fn colours(function: &TransferFunction) -> ([f64; 2], Vec<[f32; 3]>) {
-    const STEPS: usize = 256;
-    let (low, high) = function.value_range();
-    let (low, high) = match function.visible_range() {
-        Some((least, most)) => (low.max(least), high.min(most)),
-        None => (low, high),
-    };
-    let colour = |step: usize| {
-        let share = step as f64 / (STEPS - 1) as f64;
-        function.colour(low * (1.0 - share) + high * share)
-    };
-    ([low, high], (0..STEPS).map(colour).collect())
 }
 
 fn request<'a>(args: &'a VolsplatArgs, steps: Option<&'a TimeSteps>) -> Request<'a> {

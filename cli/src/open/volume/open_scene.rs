@@ -9,17 +9,17 @@ use volsplat::Layer;
 
 use crate::args::Drawing;
 use crate::cameras::viewpoint;
+use crate::open::figure;
 use crate::open::open_scene::{OpenScene, Parts, Probed};
 use crate::open::setting::Setting;
 use crate::open::volume::{OpenVolume, drawn, motion, request, turn};
 use crate::picture;
-use crate::picture::background::Background;
 use crate::picture::bands::Window;
-use crate::picture::figure;
 use crate::picture::{Drawn, Shot};
 use crate::plan::{Change, Plan, Run, RunLog};
 use crate::process::report;
 use crate::process::report::{Progress, RunStats, Verbosity};
+use texmap::background::Background;
 
 impl OpenScene for OpenVolume {
     fn cameras(&self) -> &[Camera] {

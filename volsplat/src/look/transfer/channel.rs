@@ -94,10 +94,11 @@ impl ChannelStyle {
     /// [`Error::Option`] for a window that does not ascend, a gamma that is not above 0, and an opacity outside 0 to 1.
     ///
     /// ```
-    /// use volsplat::Volume;
     /// use volsplat::transfer::ChannelStyle;
+    /// use volsplat::{Volume, Voxels};
     ///
-    /// let volume = Volume::ball(16);
+    /// let voxels = Voxels::U8((0..=255).collect());
+    /// let volume = Volume::new([16, 16, 1], voxels, glam::DAffine3::IDENTITY)?;
     /// let style = ChannelStyle { window: Some([10.0, 100.0]), ..ChannelStyle::new([0.0, 1.0, 0.0], 1.0) };
     /// let function = style.transfer(&volume.histogram())?;
     /// assert_eq!([function.opacity(10.0), function.opacity(100.0)], [0.0, 1.0]);
@@ -226,7 +227,7 @@ mod tests {
         let style = ChannelStyle::new([1.0; 3], 1.0);
         let [low, high] = style.window_of(&histogram());
         assert!(0.0 < low && low < high && high <= 100.0, "{low} {high}");
-        assert_eq!(rounded(318.61, 1672.6), [318.0, 1673.0]);
+        assert_eq!(rounded(318.61, 1672.6), [310.0, 1680.0]);
         assert_eq!(rounded(0.012_345, 0.056_789), [0.0123, 0.0568]);
         assert_eq!(rounded(-1e300, 1e300), [-1e300, 1e300]);
         let flat = Histogram::over(&Voxels::U8(vec![7; 10]), 7.0, 7.0, true);

@@ -201,6 +201,20 @@ impl TransferFunction {
             })
     }
 
+    /// The scale of colours: the values between which colours change and something is shown, and 256 colours from the first to the last.
+    pub fn scale(&self) -> ([f64; 2], Vec<[f32; 3]>) {
+        let (low, high) = self.value_range();
+        let (low, high) = match self.visible_range() {
+            Some((least, most)) => (low.max(least), high.min(most)),
+            None => (low, high),
+        };
+        let colour = |step: u32| {
+            let share = f64::from(step) / 255.0;
+            self.colour(low * (1.0 - share) + high * share)
+        };
+        ([low, high], (0..256).map(colour).collect())
+    }
+
     /// The colour knots, ascending.
     pub fn colour_knots(&self) -> &[ColourKnot] {
         &self.colours

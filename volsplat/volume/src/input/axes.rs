@@ -63,6 +63,41 @@ impl ImageAxes {
         format!(" ({})", names.join(", "))
     }
 
+    /// The channels by number and name, for a person.
+    pub fn numbered_names(&self) -> String {
+        let name = |(number, channel): (usize, &ImageChannel)| match &channel.name {
+            Some(name) => format!("{number} {name}"),
+            None => number.to_string(),
+        };
+        let names: Vec<String> = self.channels.iter().enumerate().map(name).collect();
+        names.join(", ")
+    }
+
+    /// The number of a channel by its number or its name, in any case; of an image of one channel any number, which is that of a component of
+    /// its vectors.
+    ///
+    /// # Errors
+    /// A word that names no channel, for a person.
+    pub fn number_of(&self, word: &str) -> Result<usize, String> {
+        let count = self.channels.len();
+        let number = word.parse::<usize>().ok();
+        if let Some(number) = number.filter(|&number| count == 1 || number < count) {
+            return Ok(number);
+        }
+        let is_named = |channel: &ImageChannel| {
+            let name = channel.name.as_deref().map(str::to_lowercase);
+            name.is_some_and(|name| name == word.to_lowercase())
+        };
+        let found = self.channels.iter().position(is_named);
+        found.ok_or_else(|| {
+            format!(
+                "no such channel; expected a number from 0 to {} or a name: {}",
+                count - 1,
+                self.numbered_names()
+            )
+        })
+    }
+
     /// Leaves out colours that tell nothing apart: of several channels all have the same, as where a program fills in white.
     pub(crate) fn without_equal_colours(mut self) -> Self {
         let first = self.channels[0].rgb;

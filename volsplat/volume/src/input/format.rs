@@ -126,7 +126,10 @@ pub fn step_files(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
     let word = path.to_string_lossy();
     let files =
         resample_io::listed::files_of(&word).map_err(|error| Error::Option(error.to_string()))?;
-    if let Some(files) = files {
+    // A text that names no file is no list.
+    let is_list = path.extension().is_some_and(|ending| ending == "txt");
+    let names_files = |files: &Vec<String>| files.iter().any(|file| Path::new(file).exists());
+    if let Some(files) = files.filter(|files| !is_list || names_files(files)) {
         return Ok(Some(files.into_iter().map(PathBuf::from).collect()));
     }
     let Some(files) = slices::paths(path)? else {

@@ -8,12 +8,13 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::Result;
 use rayon::prelude::*;
 use resample_core::Image;
 use resample_core::image::linear_from_srgb;
 use resample_io::Gate;
-use texmap::scene::Texels;
+
+use crate::Error;
+use crate::scene::Texels;
 
 /// The background of a picture.
 #[derive(Clone, Debug)]
@@ -39,8 +40,11 @@ pub struct Backdrop {
 
 impl Background {
     /// Reads a picture file.
-    pub fn read(path: &Path) -> Result<Self> {
-        let texture = texmap::load_picture(path, &Gate::default())?;
+    ///
+    /// # Errors
+    /// Those of reading a texture.
+    pub fn read(path: &Path) -> Result<Self, Error> {
+        let texture = crate::load_picture(path, &Gate::default())?;
         let light = |code: u8| linear_from_srgb(f32::from(code) / 255.0);
         Ok(Self::Picture(Arc::new(Backdrop {
             width: texture.width,

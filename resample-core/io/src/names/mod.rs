@@ -4,6 +4,8 @@
 //! replaced by the number of the frame; without one, `_0000` and so on goes before the extension where numbers are
 //! wanted. Numbers start at 0, the index of the camera in its list.
 
+pub mod listed;
+
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 

@@ -4,76 +4,99 @@
 //! for is an error at the end: a misspelt optional key must not be silently ignored. Numbers are finite by the
 //! grammar of JSON, except for overflow such as 1e999, which the parser refuses.
 
-use anyhow::{Context, Result, bail};
 use glam::DVec3;
+use resample_core::Error;
 use serde_json::{Map, Value};
 
+type Result<T> = std::result::Result<T, Error>;
+
 /// The keys of an object that have not been asked for yet.
-pub(crate) struct Fields {
+pub struct Fields {
     remaining: Map<String, Value>,
     asked: Vec<&'static str>,
 }
 
 impl Fields {
     /// Starts on `value`, which must be an object.
-    pub(crate) fn new(value: Value) -> Result<Self> {
+    ///
+    /// # Errors
+    /// A value of another kind, by its key.
+    pub fn new(value: Value) -> Result<Self> {
         match value {
             Value::Object(remaining) => Ok(Self {
                 remaining,
                 asked: Vec::new(),
             }),
-            other => bail!("expected an object {{...}}, found {}", shortened(&other)),
+            other => Err(Error::Input(format!(
+                "expected an object {{...}}, found {}",
+                shortened(&other)
+            ))),
         }
     }
 
     /// Returns true if the object holds `key`.
-    pub(crate) fn holds(&self, key: &str) -> bool {
+    pub fn holds(&self, key: &str) -> bool {
         self.remaining.contains_key(key)
     }
 
     /// A number, if the key is there.
-    pub(crate) fn number(&mut self, key: &'static str) -> Result<Option<f64>> {
+    ///
+    /// # Errors
+    /// A value of another kind, by its key.
+    pub fn number(&mut self, key: &'static str) -> Result<Option<f64>> {
         let Some(value) = self.take(key) else {
             return Ok(None);
         };
         let number = value
             .as_f64()
-            .with_context(|| expected(key, "a number", &value))?;
+            .ok_or_else(|| expected(key, "a number", &value))?;
         Ok(Some(number))
     }
 
     /// A number that must be there.
-    pub(crate) fn required_number(&mut self, key: &'static str) -> Result<f64> {
-        self.number(key)?.with_context(|| missing(key))
+    ///
+    /// # Errors
+    /// A value of another kind, by its key.
+    pub fn required_number(&mut self, key: &'static str) -> Result<f64> {
+        self.number(key)?.ok_or_else(|| missing(key))
     }
 
     /// A whole number from 0 to 2^32 - 1 that must be there.
-    pub(crate) fn required_count(&mut self, key: &'static str) -> Result<u32> {
+    ///
+    /// # Errors
+    /// A value of another kind, by its key.
+    pub fn required_count(&mut self, key: &'static str) -> Result<u32> {
         let value = self.required_value(key)?;
         let count = value.as_u64().and_then(|count| u32::try_from(count).ok());
-        count.with_context(|| expected(key, "a whole number", &value))
+        count.ok_or_else(|| expected(key, "a whole number", &value))
     }
 
     /// A list of exactly `N` numbers that must be there.
-    pub(crate) fn required_numbers<const N: usize>(
-        &mut self,
-        key: &'static str,
-    ) -> Result<[f64; N]> {
+    ///
+    /// # Errors
+    /// A value of another kind, by its key.
+    pub fn required_numbers<const N: usize>(&mut self, key: &'static str) -> Result<[f64; N]> {
         let value = self.required_value(key)?;
         let numbers: Option<Vec<f64>> = value
             .as_array()
             .and_then(|list| list.iter().map(Value::as_f64).collect());
         let array = numbers.and_then(|numbers| <[f64; N]>::try_from(numbers).ok());
-        array.with_context(|| expected(key, &format!("a list of {N} numbers"), &value))
+        array.ok_or_else(|| expected(key, &format!("a list of {N} numbers"), &value))
     }
 
     /// A list of three numbers that must be there.
-    pub(crate) fn required_vector(&mut self, key: &'static str) -> Result<DVec3> {
+    ///
+    /// # Errors
+    /// A value of another kind, by its key.
+    pub fn required_vector(&mut self, key: &'static str) -> Result<DVec3> {
         self.required_numbers::<3>(key).map(DVec3::from_array)
     }
 
     /// One of `words`, if the key is there.
-    pub(crate) fn word(
+    ///
+    /// # Errors
+    /// A value of another kind, by its key.
+    pub fn word(
         &mut self,
         key: &'static str,
         words: [&'static str; 2],
@@ -89,46 +112,58 @@ impl Fields {
                 &value,
             )
         };
-        Ok(Some(found.with_context(wanted)?))
+        Ok(Some(found.ok_or_else(wanted)?))
     }
 
     /// Complains about the first key that nobody asked for.
-    pub(crate) fn finish(self) -> Result<()> {
+    ///
+    /// # Errors
+    /// A value of another kind, by its key.
+    pub fn finish(self) -> Result<()> {
         match self.remaining.keys().next() {
             None => Ok(()),
-            Some(key) => bail!(
+            Some(key) => Err(Error::Input(format!(
                 "unknown key \"{key}\", expected some of: {}",
                 self.asked.join(", ")
-            ),
+            ))),
         }
     }
 
     /// A value of any kind that must be there.
-    pub(crate) fn required_value(&mut self, key: &'static str) -> Result<Value> {
-        self.take(key).with_context(|| missing(key))
+    ///
+    /// # Errors
+    /// A value of another kind, by its key.
+    pub fn required_value(&mut self, key: &'static str) -> Result<Value> {
+        self.take(key).ok_or_else(|| missing(key))
     }
 
     /// A list that must be there.
-    pub(crate) fn required_list(&mut self, key: &'static str) -> Result<Vec<Value>> {
+    ///
+    /// # Errors
+    /// A value of another kind, by its key.
+    pub fn required_list(&mut self, key: &'static str) -> Result<Vec<Value>> {
         match self.required_value(key)? {
             Value::Array(list) => Ok(list),
-            other => bail!("{}", expected(key, "a list", &other)),
+            other => Err(expected(key, "a list", &other)),
         }
     }
 
     /// A value of any kind, if the key is there.
-    pub(crate) fn take(&mut self, key: &'static str) -> Option<Value> {
+    pub fn take(&mut self, key: &'static str) -> Option<Value> {
         self.asked.push(key);
         self.remaining.remove(key)
     }
 }
 
-fn missing(key: &str) -> String {
-    format!("\"{key}\" is missing")
+fn missing(key: &str) -> Error {
+    Error::Input(format!("\"{key}\" is missing"))
 }
 
-fn expected(key: &str, what: &str, found: &Value) -> String {
-    format!("\"{key}\": expected {what}, found {}", shortened(found))
+fn expected(key: &str, what: &str, found: &Value) -> Error {
+    Error::Input(format!(
+        "\"{key}\": expected {what}, found {}",
+        shortened(found)
+    ))
 }
 
 /// The start of a value, for a message of one line.

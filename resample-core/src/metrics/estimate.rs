@@ -9,35 +9,56 @@
 //! pixels; its two numbers come from their mean and spread, and the bound is what the maximum over all cells of all pictures
 //! exceeds with a chance of one in fifty, twice over: it is the weaker promise of the two.
 
-use crate::values::BoundMetric;
+/// The error that is bounded. Both are of linear, premultiplied red, green and blue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BoundMetric {
+    /// Root mean square over the covered pixels of the exact picture.
+    Rms,
+    /// Largest change of any pixel.
+    Max,
+}
+
+impl BoundMetric {
+    /// As it is typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rms => "rms",
+            Self::Max => "max",
+        }
+    }
+}
 
 /// Error of a window against the exact setting.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct WindowError {
+pub struct WindowError {
     /// Sum of squares over the covered pixels' red, green and blue.
-    pub(super) squares: f64,
+    pub squares: f64,
     /// Largest change of any pixel.
-    pub(super) max: f64,
+    pub max: f64,
     /// The change between the two settings that decided where windows stand: the largest where they are ranked, else the sum of
     /// squares.
-    pub(super) change: Option<f64>,
-    /// The chance of the window, and how often it was drawn.
-    pub(super) chance: f64,
-    pub(super) draws: usize,
+    pub change: Option<f64>,
+    /// The chance of the window.
+    pub chance: f64,
+    /// How often it was drawn.
+    pub draws: usize,
 }
 
 /// The windows of one view.
 #[derive(Clone, Debug)]
-pub(super) struct ViewErrors {
-    pub(super) windows: Vec<WindowError>,
-    pub(super) covered_px: f64,
-    pub(super) cells: usize,
+pub struct ViewErrors {
+    /// Their errors.
+    pub windows: Vec<WindowError>,
+    /// Pixels of the view that are covered.
+    pub covered_px: f64,
+    /// Cells from which windows were drawn.
+    pub cells: usize,
     /// The mean square of the change of the whole picture to one of more rays, where that was drawn.
-    pub(super) mean_square_change: Option<f64>,
+    pub mean_square_change: Option<f64>,
     /// The sum of the squared changes between two settings over all cells, where these were compared.
-    pub(super) change: Option<f64>,
+    pub change: Option<f64>,
     /// Where windows are ranked: the largest change in all other cells.
-    pub(super) change_behind: Option<f64>,
+    pub change_behind: Option<f64>,
 }
 
 /// Standard errors that are added to a mean. Their number is doubled where there are no more than so many draws, because the
@@ -46,7 +67,7 @@ const STANDARD_ERRORS: f64 = 2.0;
 const FEW_DRAWS: f64 = 4.0;
 
 /// The most pictures of a sequence that are looked at.
-pub(super) const MOST_VIEWS: usize = 8;
+pub const MOST_VIEWS: usize = 8;
 
 /// How many of the steps between views are added to the worst of them, over the number of views, for the pictures between:
 /// the fewer views, the longer the way from one to the next. A guess, held to in `docs/results/planner.md`.
@@ -75,7 +96,7 @@ const LEAST_CHANGE: f64 = 4e-5;
 const ONE_IN_FIFTY: f64 = 3.902;
 
 /// The predicted error of the worst of `pictures` pictures.
-pub(super) fn predicted(metric: BoundMetric, views: &[ViewErrors], pictures: usize) -> f64 {
+pub fn predicted(metric: BoundMetric, views: &[ViewErrors], pictures: usize) -> f64 {
     match metric {
         BoundMetric::Rms => root_mean_square(views, pictures),
         BoundMetric::Max => largest(views, pictures),
@@ -83,7 +104,7 @@ pub(super) fn predicted(metric: BoundMetric, views: &[ViewErrors], pictures: usi
 }
 
 /// The error of the worst picture that was looked at, without a margin.
-pub(super) fn seen(metric: BoundMetric, views: &[ViewErrors]) -> f64 {
+pub fn seen(metric: BoundMetric, views: &[ViewErrors]) -> f64 {
     let of_view = |view: &ViewErrors| match metric {
         BoundMetric::Rms => mean_and_deviation(&estimates(view)).0.sqrt(),
         BoundMetric::Max => view.windows.iter().map(|w| w.max).fold(0.0, f64::max),

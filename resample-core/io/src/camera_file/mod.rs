@@ -4,21 +4,51 @@
 //! far as they can be before the volume is known. An object is either a look-at camera (position, target, up) or a
 //! calibrated one (fx, fy, cx, cy, R, t); which of the two, its keys tell. Keys that are not known are errors.
 
+pub mod json_fields;
+
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
 use glam::{DMat3, DVec3};
-use resample_core::{Camera, Intrinsics, LookAt, PixelCentre, Projection};
-use resample_io::files::read_json;
+use resample_core::camera::orbit::Size;
+use resample_core::{Camera, CameraError, Error, Intrinsics, LookAt, PixelCentre, Projection};
 use serde_json::{Value, json};
 
-use crate::cameras::json_fields::Fields;
-use crate::picture;
-use crate::values::Size;
+use crate::camera_file::json_fields::Fields;
+use crate::files::read_json;
+
+type Result<T> = std::result::Result<T, Error>;
+
+/// Most pixels of a picture: 16384 x 16384. The picture alone then takes 4 GiB; a camera file must not be able to
+/// ask for all memory by its width and height.
+pub const MAX_PIXELS: u64 = 1 << 28;
+
+/// Checks that a picture of this size can be held.
+///
+/// # Errors
+/// A picture with more pixels than [`MAX_PIXELS`].
+pub fn check_size(camera: &Camera) -> Result<()> {
+    let (width, height) = (camera.width, camera.height);
+    if u64::from(width) * u64::from(height) > MAX_PIXELS {
+        return Err(Error::Option(format!(
+            "a picture of {width}x{height} has more than {MAX_PIXELS} pixels: choose a smaller size"
+        )));
+    }
+    Ok(())
+}
+
+/// An error of a camera's numbers.
+fn fault(error: CameraError) -> Error {
+    Error::Input(error.to_string())
+}
+
+/// An error behind the place where it is.
+fn at(place: &str, error: Error) -> Error {
+    Error::Input(format!("{place}: {error}"))
+}
 
 /// Defaults of the command line for a camera file.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct CameraDefaults {
+pub struct CameraDefaults {
     /// The picture size that was asked for; `None` leaves it to the file.
     pub size: Option<Size>,
     /// The size of a look-at camera when none was asked for.
@@ -29,7 +59,7 @@ pub(crate) struct CameraDefaults {
 
 /// A camera of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct FileCamera {
+pub struct FileCamera {
     /// The camera; its near plane counts only as far as `near` says.
     camera: Camera,
     near: NearPlane,
@@ -39,7 +69,7 @@ pub(crate) struct FileCamera {
 
 /// The cameras of a file.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum CameraFile {
+pub enum CameraFile {
     /// The file holds one object.
     One(FileCamera),
     /// The file holds a list, of at least one camera.
@@ -58,7 +88,7 @@ enum NearPlane {
 /// Near plane of a calibrated camera without `near`: this fraction of the distance to the far end of a volume or mesh,
 /// or to the nearest sample of a depth image, the same fraction that a look-at camera takes of the distance to its
 /// target.
-pub(crate) const NEAR_FRACTION: f64 = 1e-4;
+pub const NEAR_FRACTION: f64 = 1e-4;
 
 /// Largest camera file, bytes. A camera takes about 300 bytes, so this is 200 000 of them; a larger file is
 /// something else that was named by mistake.
@@ -71,15 +101,20 @@ const PROJECTIONS: [&str; 2] = ["perspective", "orthographic"];
 const MAX_CAMERAS: usize = 100_000;
 
 /// Reads `path`. The error names the file, the number of the camera in a list (from 0), and the key.
-pub(crate) fn read(path: &Path, defaults: &CameraDefaults) -> Result<CameraFile> {
+pub fn read(path: &Path, defaults: &CameraDefaults) -> Result<CameraFile> {
     read_value(path)
         .and_then(|value| cameras(value, defaults))
-        .with_context(|| format!("{}: not a usable camera file", path.display()))
+        .map_err(|error| {
+            at(
+                &format!("{}: not a usable camera file", path.display()),
+                error,
+            )
+        })
 }
 
 impl FileCamera {
     /// A camera of another kind of file, which states no near plane.
-    pub(crate) fn without_near(camera: Camera) -> Self {
+    pub fn without_near(camera: Camera) -> Self {
         Self {
             camera,
             near: NearPlane::FromScene,
@@ -88,12 +123,12 @@ impl FileCamera {
     }
 
     /// The camera as it stands: its near plane may be a placeholder.
-    pub(crate) fn with_any_near(&self) -> Camera {
+    pub fn with_any_near(&self) -> Camera {
         self.camera
     }
 
     /// The camera, with its near plane fitted to `bounds` (two corners of a box in the world) if the file gave none.
-    pub(crate) fn for_bounds(&self, bounds: [DVec3; 2]) -> Result<Camera> {
+    pub fn for_bounds(&self, bounds: [DVec3; 2]) -> Result<Camera> {
         let eye = self.camera.eye_in_world();
         // Per axis, the farther of the two faces: together the farthest corner.
         let farthest = (bounds[0] - eye).abs().max((bounds[1] - eye).abs());
@@ -101,34 +136,34 @@ impl FileCamera {
     }
 
     /// The camera, with its near plane fitted to a scene at this distance, world units, if the file gave none.
-    pub(crate) fn for_distance(&self, distance: f64) -> Result<Camera> {
+    pub fn for_distance(&self, distance: f64) -> Result<Camera> {
         let mut camera = self.camera;
         if self.near == NearPlane::FromScene {
             camera.near = NEAR_FRACTION * distance;
         }
-        Ok(camera.validated()?)
+        camera.validated().map_err(fault)
     }
 
     /// From the eye to the target, world units, where the file gives a target.
-    pub(crate) fn target_distance(&self) -> Option<f64> {
+    pub fn target_distance(&self) -> Option<f64> {
         self.target_distance
     }
 
     /// Picture width and height, px.
-    pub(crate) fn size(&self) -> [u32; 2] {
+    pub fn size(&self) -> [u32; 2] {
         [self.camera.width, self.camera.height]
     }
 
     /// Kind of view.
-    pub(crate) fn projection(&self) -> Projection {
+    pub fn projection(&self) -> Projection {
         self.camera.projection
     }
 }
 
 /// The JSON value of a file, or that was typed in place of its name.
-pub(crate) fn read_value(path: &Path) -> Result<Value> {
-    let text = read_json(path, MAX_FILE_BYTES)?;
-    Ok(serde_json::from_slice(&text)?)
+pub fn read_value(path: &Path) -> Result<Value> {
+    let text = read_json(path, MAX_FILE_BYTES).map_err(|error| Error::Input(error.to_string()))?;
+    serde_json::from_slice(&text).map_err(|error| Error::Input(error.to_string()))
 }
 
 fn cameras(value: Value, defaults: &CameraDefaults) -> Result<CameraFile> {
@@ -136,25 +171,26 @@ fn cameras(value: Value, defaults: &CameraDefaults) -> Result<CameraFile> {
         return Ok(CameraFile::One(one_camera(value, defaults)?));
     };
     if list.is_empty() {
-        bail!("the list holds no camera");
+        return Err(Error::Input("the list holds no camera".to_owned()));
     }
     if list.len() > MAX_CAMERAS {
         let count = list.len();
-        bail!(
+        return Err(Error::Input(format!(
             "the list holds {count} cameras, of which one run draws at most {MAX_CAMERAS}: split it"
-        );
+        )));
     }
     let numbered = list.into_iter().enumerate();
     let cameras: Result<Vec<_>> = numbered
         .map(|(index, value)| {
-            one_camera(value, defaults).with_context(|| format!("camera {index} of the list"))
+            one_camera(value, defaults)
+                .map_err(|error| at(&format!("camera {index} of the list"), error))
         })
         .collect();
     Ok(CameraFile::List(cameras?))
 }
 
 /// One camera from its JSON object.
-pub(crate) fn one_camera(value: Value, defaults: &CameraDefaults) -> Result<FileCamera> {
+pub fn one_camera(value: Value, defaults: &CameraDefaults) -> Result<FileCamera> {
     let mut fields = Fields::new(value)?;
     let calibrated = ["fx", "fy", "cx", "cy", "R", "t"]
         .iter()
@@ -164,17 +200,17 @@ pub(crate) fn one_camera(value: Value, defaults: &CameraDefaults) -> Result<File
         false => look_at_camera(&mut fields, defaults)?,
     };
     fields.finish()?;
-    picture::check_size(&camera.camera)?;
+    check_size(&camera.camera)?;
     Ok(camera)
 }
 
 /// The text of a file that reads back to the same cameras, bit by bit: an object, or a list of several.
-pub(crate) fn text(cameras: &[Camera]) -> Result<String> {
+pub fn text(cameras: &[Camera]) -> String {
     let value = match cameras {
         [camera] => object(camera),
         several => several.iter().map(object).collect(),
     };
-    Ok(format!("{}\n", serde_json::to_string_pretty(&value)?))
+    format!("{value:#}\n")
 }
 
 /// A calibrated camera as files have it; its numbers read back bit by bit.
@@ -207,11 +243,11 @@ fn look_at_camera(fields: &mut Fields, defaults: &CameraDefaults) -> Result<File
     let size = [size.width, size.height];
     let mut camera = match fields.word("projection", PROJECTIONS)? {
         Some("orthographic") => {
-            Camera::orthographic(&pose, fields.required_number("height")?, size)?
+            Camera::orthographic(&pose, fields.required_number("height")?, size).map_err(fault)?
         }
         _ => {
             let fov_y_deg = fields.number("fov_y")?.unwrap_or(defaults.fov_y_deg);
-            Camera::perspective(&pose, fov_y_deg.to_radians(), size)?
+            Camera::perspective(&pose, fov_y_deg.to_radians(), size).map_err(fault)?
         }
     };
     if let Some(near) = fields.number("near")? {
@@ -219,7 +255,7 @@ fn look_at_camera(fields: &mut Fields, defaults: &CameraDefaults) -> Result<File
     }
     let target_distance = Some(pose.position.distance(pose.target));
     Ok(FileCamera {
-        camera: camera.validated()?,
+        camera: camera.validated().map_err(fault)?,
         near: NearPlane::Known,
         target_distance,
     })
@@ -232,13 +268,14 @@ fn calibrated_camera(fields: &mut Fields, defaults: &CameraDefaults) -> Result<F
     let given = fields.number("near")?;
     // A near plane of 1 stands in until the volume is known, so that all the rest is checked now.
     let near = given.unwrap_or(1.0);
-    let mut camera = Camera::from_intrinsics(&intrinsics, rotation, translation, near)?;
+    let mut camera =
+        Camera::from_intrinsics(&intrinsics, rotation, translation, near).map_err(fault)?;
     if fields.word("projection", PROJECTIONS)? == Some("orthographic") {
         camera.projection = Projection::Orthographic;
-        camera = camera.validated()?;
+        camera = camera.validated().map_err(fault)?;
     }
     let camera = match defaults.size {
-        Some(size) => camera.resized(size.width, size.height)?,
+        Some(size) => camera.resized(size.width, size.height).map_err(fault)?,
         None => camera,
     };
     let near = if given.is_some() {

@@ -7,7 +7,7 @@ use resample_core::{Camera, Projection};
 use resample_io::figure::{Axes, ColourBar, Figure, Ground, ScaleBar, number};
 
 use crate::args::{AxesKind, FigureArgs};
-use crate::picture::background::Background;
+use texmap::background::Background;
 
 /// The facts of a scene that a figure shows.
 pub(crate) struct FigureFacts {
