@@ -62,7 +62,7 @@ pub(crate) fn run(args: &ThumbnailsArgs, verbosity: Verbosity) -> Result<()> {
     if !cells.is_empty() {
         let square = || (1..).find(|side| side * side >= cells.len());
         let columns = args.columns.map(usize::from).or_else(square).unwrap_or(1);
-        let sheet = figure::sheet(&cells, args.size as usize, columns);
+        let sheet = figure::sheet(&cells, usize::try_from(args.size)?, columns);
         let path = args.output.join(SHEET);
         output::write_picture(&path, Format::Png(Depth::Eight), &sheet)?;
         if verbosity != Verbosity::Quiet {

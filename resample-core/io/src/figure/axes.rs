@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use resample_core::Camera;
+use resample_core::narrow::{cell, single};
 
 use crate::figure::canvas::Canvas;
 use crate::figure::parts::Axes;
@@ -119,7 +120,7 @@ fn edge(
     }
     // A wide number needs more room beside the next one than above it.
     let room = em * (1.6 + 2.4 * along.x.abs());
-    let most = (length / room).clamp(1.0, 8.0) as usize;
+    let most = cell(single((length / room).clamp(1.0, 8.0)));
     for value in ticks(from[axis], to[axis], most) {
         let share = (value - from[axis]) / (to[axis] - from[axis]);
         let Some((at, _)) = projected(camera, from.lerp(to, share)) else {

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 use resample_core::Camera;
+use resample_core::narrow::{cell, single};
 
 use crate::figure::canvas::Canvas;
 use crate::figure::parts::{ColourBar, ScaleBar};
@@ -66,7 +67,7 @@ pub(super) fn colours(canvas: &mut Canvas, bar: &ColourBar) {
         canvas.line(corner, next);
     }
     let [least, most] = bar.range;
-    let lines = (HEIGHT_SHARE * height / (2.0 * em)).clamp(2.0, 7.0) as usize;
+    let lines = cell(single((HEIGHT_SHARE * height / (2.0 * em)).clamp(2.0, 7.0)));
     for value in ticks(least, most, lines) {
         let share = if most > least {
             (value - least) / (most - least)

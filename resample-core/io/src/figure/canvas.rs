@@ -2,9 +2,9 @@
 
 use glam::DVec2;
 use resample_core::Image;
-use resample_core::narrow::single;
+use resample_core::narrow::{cell, single};
 
-use crate::figure::mask::{Mask, line_mask};
+use crate::figure::mask::{Mask, behind, line_mask};
 use crate::figure::parts::Ground;
 use crate::figure::text;
 use crate::figure::text::Anchor;
@@ -111,17 +111,17 @@ impl<'a> Canvas<'a> {
             return;
         };
         for y in 0..mask.size[1] {
-            let row = mask.first[1] + y as i64;
+            let row = behind(mask.first[1], y);
             let share = 1.0 - ((row as f64 + 0.5 - low.y) / (high.y - low.y)).clamp(0.0, 1.0);
             let place = share * (colours.len() - 1) as f64;
-            let before = place.floor() as usize;
+            let before = cell(single(place.floor()));
             let after = (before + 1).min(colours.len() - 1);
             let part = single(place - before as f64);
             let colour =
                 [0, 1, 2].map(|k| colours[before][k] * (1.0 - part) + colours[after][k] * part);
             let vertical = overlap(row, low.y, high.y);
             for x in 0..mask.size[0] {
-                let column = mask.first[0] + x as i64;
+                let column = behind(mask.first[0], x);
                 let share = single(vertical * overlap(column, low.x, high.x));
                 self.pixel([column, row], share, colour, None);
             }
@@ -131,18 +131,17 @@ impl<'a> Canvas<'a> {
     fn cover(&mut self, mask: &Mask, colour: [f32; 3], depths: Option<Depths>) {
         for (index, &share) in mask.cover.iter().enumerate() {
             let at = [index % mask.size[0], index / mask.size[0]];
-            let place = [mask.first[0] + at[0] as i64, mask.first[1] + at[1] as i64];
+            let place = [0, 1].map(|axis| behind(mask.first[axis], at[axis]));
             self.pixel(place, share, colour, depths.as_ref());
         }
     }
 
     /// Lays a share of a colour over a pixel of the whole picture, or behind it where the pixel shows something nearer.
     fn pixel(&mut self, place: [i64; 2], share: f32, colour: [f32; 3], depths: Option<&Depths>) {
-        let inside = [
-            place[0] - self.first[0] as i64,
-            place[1] - self.first[1] as i64,
-        ]
-        .map(usize::try_from);
+        let inside = [0, 1].map(|axis| {
+            let first = self.first[axis] as u64;
+            usize::try_from(place[axis].saturating_sub_unsigned(first))
+        });
         let [Ok(x), Ok(y)] = inside else {
             return;
         };

@@ -1,7 +1,7 @@
 //! Masks: the share of each pixel of a box that a letter, a line or a rim covers.
 
 use glam::DVec2;
-use resample_core::narrow::single;
+use resample_core::narrow::{cell, floor, single};
 
 /// The share of each pixel of a box that something covers.
 pub(super) struct Mask {
@@ -17,9 +17,9 @@ impl Mask {
         let first = low.floor();
         let size = high.ceil() - first;
         let is_sound = size.cmpge(DVec2::ONE).all() && size.cmple(DVec2::splat(65_536.0)).all();
-        let [width, height] = is_sound.then(|| size.to_array().map(|side| side as usize))?;
+        let [width, height] = is_sound.then(|| size.to_array().map(|side| cell(single(side))))?;
         Some(Self {
-            first: first.to_array().map(|at| at as i64),
+            first: first.to_array().map(floor),
             size: [width, height],
             cover: vec![0.0; width * height],
         })
@@ -49,19 +49,20 @@ impl Mask {
 
     /// The same with a rim: the greatest cover within a radius, px.
     pub(super) fn widened(&self, radius_px: f64) -> Self {
-        let reach = radius_px.ceil() as i64;
+        let reach = floor(radius_px.ceil());
+        let rim = cell(single(radius_px.ceil()));
         let [width, height] = self.size;
-        let wide = [width + 2 * reach as usize, height + 2 * reach as usize];
+        let wide = [width + 2 * rim, height + 2 * rim];
         let mut cover = vec![0.0f32; wide[0] * wide[1]];
-        for dy in -reach..=reach {
-            for dx in -reach..=reach {
+        for (dy, down) in (-reach..=reach).zip(0..) {
+            for (dx, right) in (-reach..=reach).zip(0..) {
                 // The edge of the disc is as soft as a pixel.
                 let share =
                     single((radius_px + 0.5 - (dx as f64).hypot(dy as f64)).clamp(0.0, 1.0));
                 if share == 0.0 {
                     continue;
                 }
-                let shift = (dx + reach) as usize + wide[0] * (dy + reach) as usize;
+                let shift = right + wide[0] * down;
                 for (y, row) in self.cover.chunks_exact(width).enumerate() {
                     let to = &mut cover[shift + wide[0] * y..][..width];
                     for (to, from) in to.iter_mut().zip(row) {
@@ -87,7 +88,7 @@ pub(super) fn line_mask(from: DVec2, to: DVec2, width_px: f64) -> Option<Mask> {
     let [left, top] = mask.first;
     let [width, height] = mask.size;
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
-        let at = [left + x as i64, top + y as i64];
+        let at = [behind(left, x), behind(top, y)];
         let middle = DVec2::new(at[0] as f64 + 0.5, at[1] as f64 + 0.5);
         let share = if length > 0.0 {
             ((middle - from).dot(along) / length).clamp(0.0, 1.0)
@@ -101,4 +102,9 @@ pub(super) fn line_mask(from: DVec2, to: DVec2, width_px: f64) -> Option<Mask> {
         );
     }
     Some(mask)
+}
+
+/// The pixel so many behind another.
+pub(super) fn behind(first: i64, count: usize) -> i64 {
+    first.saturating_add_unsigned(count as u64)
 }

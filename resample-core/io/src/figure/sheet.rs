@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 use resample_core::Image;
+use resample_core::narrow::{cell, single};
 
 use crate::figure::canvas::Canvas;
 use crate::figure::parts::Ground;
@@ -15,7 +16,7 @@ const LEAST_EM_PX: f64 = 11.0;
 /// The sheet of pictures with at most `side` pixels a side, in columns, at least one. Names that are too long end in three dots.
 pub fn sheet(cells: &[(String, Image)], side: usize, columns: usize) -> Image {
     let em = (EM_SHARE * side as f64).max(LEAST_EM_PX);
-    let gap = em.ceil() as usize;
+    let gap = cell(single(em.ceil()));
     let [across, down] = [side + gap, side + 3 * gap];
     let columns = columns.clamp(1, cells.len().max(1));
     let rows = cells.len().div_ceil(columns).max(1);

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
 use glam::DVec2;
-use resample_core::narrow::single;
+use resample_core::narrow::{floor, single};
 
 use crate::figure::mask::Mask;
 
@@ -53,7 +53,7 @@ pub(super) fn mask(text: &str, em_px: f64, at: DVec2, Anchor(anchor): Anchor) ->
     let mut mask = Mask::around(low, high)?;
     for outline in outlines {
         let bounds = outline.px_bounds();
-        let (left, top) = (bounds.min.x as i64, bounds.min.y as i64);
+        let (left, top) = (floor(bounds.min.x.into()), floor(bounds.min.y.into()));
         outline.draw(|x, y, cover| mask.add([left + i64::from(x), top + i64::from(y)], cover));
     }
     Some(mask)

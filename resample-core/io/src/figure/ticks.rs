@@ -1,5 +1,7 @@
 //! Round numbers for bars and axes, and how they are written.
 
+use resample_core::narrow::floor;
+
 /// The largest round length, 1, 2 or 5 times a power of ten, that is not above `most`, which is above 0.
 ///
 /// ```
@@ -43,8 +45,8 @@ pub(super) fn ticks(low: f64, high: f64, most: usize) -> Vec<f64> {
     let step = [1.0, 2.0, 5.0].into_iter().find(|&step| step >= digits);
     let (step, power) = step.map_or((1.0, power + 1), |step| (step, power));
     let unit = scaled(step, power);
-    let from = (low / unit - 1e-9).ceil() as i64;
-    let to = (high / unit + 1e-9).floor() as i64;
+    let from = floor((low / unit - 1e-9).ceil());
+    let to = floor(high / unit + 1e-9);
     (from..=to)
         .take(2 * most + 2)
         .map(|count| scaled(count as f64 * step, power))

@@ -95,7 +95,7 @@ impl ChannelStyle {
     ///
     /// ```
     /// use volsplat::transfer::ChannelStyle;
-    /// use volsplat::{Volume, Voxels};
+    /// use volsplat::{Described, Volume, Voxels};
     ///
     /// let voxels = Voxels::U8((0..=255).collect());
     /// let volume = Volume::new([16, 16, 1], voxels, glam::DAffine3::IDENTITY)?;
@@ -159,7 +159,9 @@ fn rounded(low: f64, high: f64) -> [f64; 2] {
     let (unit, is_fraction) = (10f64.powi(digits.abs()), digits > 0);
     // Powers of ten are exact, their fractions are not.
     let [a, b] = [low, high].map(|end| if is_fraction { end * unit } else { end / unit });
-    let ends = [a.floor(), b.ceil()].map(|end| if is_fraction { end / unit } else { end * unit });
+    // What was rounded up to a whole number is one.
+    let ends = [(a + 1e-9).floor(), (b - 1e-9).ceil()]
+        .map(|end| if is_fraction { end / unit } else { end * unit });
     if ends.iter().all(|end| end.is_finite()) {
         ends
     } else {

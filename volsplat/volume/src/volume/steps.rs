@@ -5,6 +5,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use resample_core::narrow::{count, whole};
 
 use crate::volume::{Described, Histogram, Lattice, Volume, VoxelType, scalar, with_voxels};
 
@@ -91,7 +92,7 @@ fn places(volume: &Volume) -> Vec<Place> {
         let place = (value - low) / per_range;
         // A volume of one value has ranges of no width.
         if place > 0.0 {
-            (place as usize).min(RANGES - 1)
+            count(whole(place)).min(RANGES - 1)
         } else {
             0
         }
