@@ -113,10 +113,11 @@ impl FromStr for ComponentLook {
 #[group(skip)]
 #[command(next_help_heading = "Channels, labels, masks")]
 struct Words {
-    /// Draw this channel of the file, by its number from 0 on or its name: CHANNEL[:LOOK][:LOW,HIGH][:gamma=G][:opacity=O]
+    /// Draw this channel of the file, by its number from 0 on or its name, such as GFP:green:200,4000:gamma=0.8:opacity=1
     ///
-    /// May be given several times, and then stands for all channels. LOOK is a colour such as green or #ff8000, a colour map, a transfer
-    /// function (.json) or labels. LOW shows nothing and HIGH full colour.
+    /// May be given several times, and then stands for all channels. Every part behind the channel may be left out. LOOK is a colour such as green or #ff8000, a colour map, a transfer
+    /// function (.json) or labels. The next part is a window, LOW,HIGH: LOW shows nothing and HIGH full
+    /// colour.
     #[arg(long, value_name = "CHANNEL:LOOK",
         conflicts_with_all = ["labels", "transfer", "window", "preset", "colormap", "show_transfer"])]
     channel: Vec<ComponentLook>,
