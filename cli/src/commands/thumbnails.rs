@@ -55,7 +55,16 @@ pub(crate) fn run(args: &ThumbnailsArgs, verbosity: Verbosity) -> Result<()> {
         });
         match drawn {
             Ok(image) => cells.push((last_part(file), image)),
-            Err(error) => faults.push(format!("{}: {}", file.display(), report::one_line(&error))),
+            Err(error) => {
+                let (name, why) = (file.display().to_string(), report::one_line(&error));
+                // Readers name their file themselves.
+                let is_named = why.starts_with(&name);
+                faults.push(if is_named {
+                    why
+                } else {
+                    format!("{name}: {why}")
+                });
+            }
         }
     }
     tell(1.0);
