@@ -1,7 +1,7 @@
 //! The look of a volume: takes typed options and the facts of the data, returns transfer functions, light and blending.
 //!
 //! [`decide`] computes the whole look; drawing uses it unchanged. `options` translates typed options; `transfer` makes the function of
-//! one volume, and the light and blending that go with it; `file_channel` says what is known of a channel, and `channel_look` makes its look and
+//! one volume, and the light and blending that go with it; `file_channel` describes a channel of a file, and `channel_look` makes its look and
 //! that of colour voxels.
 
 pub(crate) mod options;

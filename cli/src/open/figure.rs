@@ -1,4 +1,4 @@
-//! The figure of a scene: what was typed, with the facts of the scene.
+//! The figure of a scene, from the typed options and the scene's bounds, unit, axes and colours.
 
 use anyhow::{Result, bail};
 use glam::DVec3;

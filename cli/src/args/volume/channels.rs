@@ -45,7 +45,7 @@ pub struct LookWords {
     pub window: Option<[f64; 2]>,
     /// Power of the share of the window.
     pub gamma: Option<f64>,
-    /// Opacity of what is shown in full, 0 to 1.
+    /// Opacity at the upper end of the window, 0 to 1.
     pub opacity: Option<f64>,
 }
 

@@ -12,7 +12,7 @@ use crate::figure::text::Anchor;
 /// Share of the picture's shorter side that an em has: 19 px of 800. A guess, looked at on a page's width.
 const EM_SHARE: f64 = 0.024;
 
-/// Least em, px: below it letters cannot be told apart.
+/// Smallest size of the letters, px: smaller ones cannot be read.
 const LEAST_EM_PX: f64 = 9.0;
 
 /// Width of a rim, ems. A guess.
@@ -83,7 +83,7 @@ impl<'a> Canvas<'a> {
         }
     }
 
-    /// A straight line in a colour, over all or, with a camera z at both ends, behind what is nearer.
+    /// Draws a straight line in a colour. With a camera z at both ends, nearer pixels of the picture hide it.
     pub(super) fn coloured_line(
         &mut self,
         from: DVec2,

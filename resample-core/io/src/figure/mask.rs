@@ -12,7 +12,7 @@ pub(super) struct Mask {
 }
 
 impl Mask {
-    /// An empty mask that holds the pixels between two corners; `None` where there are none, or more than a picture has.
+    /// An empty mask of the pixels between two corners; `None` if it has no pixel or a side above 65536 px.
     pub(super) fn around(low: DVec2, high: DVec2) -> Option<Self> {
         let first = low.floor();
         let size = high.ceil() - first;

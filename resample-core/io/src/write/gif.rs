@@ -13,7 +13,7 @@ use crate::film::FrameRate;
 /// Most pixels a side.
 pub const MAX_SIDE: u32 = u16::MAX as u32;
 
-/// Effort of the palette, from 1, the best, to 30, the fastest: 10 is what the format's crate recommends.
+/// Speed of the search for a palette: 1 is the most exact, 30 the fastest. The crate `gif` recommends 10.
 const EFFORT: i32 = 10;
 
 /// An animation in the making.

@@ -111,8 +111,8 @@ pub(crate) fn is_idle(
     })
 }
 
-/// Classifies what the rays of a tile have met. Channels add up, as light on a display: each is its colour times its opacity, and the opacity
-/// of the pixel is at least that of its channels behind one another and at least its brightest component.
+/// Classifies the values of a tile's rays. Channels add up, as light on a display: each adds its colour times its opacity. The opacity of the pixel
+/// is that of the channels composited in a row, or the brightest component if that is greater.
 pub(crate) fn classify(settings: &FieldSettings, statistic: Statistic, scratch: &mut FieldScratch) {
     for y in 0..TILE_PX {
         for x in 0..TILE_PX {

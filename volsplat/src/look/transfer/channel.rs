@@ -159,7 +159,7 @@ fn rounded(low: f64, high: f64) -> [f64; 2] {
     let (unit, is_fraction) = (10f64.powi(digits.abs()), digits > 0);
     // Powers of ten are exact, their fractions are not.
     let [a, b] = [low, high].map(|end| if is_fraction { end * unit } else { end / unit });
-    // What was rounded up to a whole number is one.
+    // A division can leave a whole number a rounding error too high or too low.
     let ends = [(a + 1e-9).floor(), (b - 1e-9).ceil()]
         .map(|end| if is_fraction { end / unit } else { end * unit });
     if ends.iter().all(|end| end.is_finite()) {

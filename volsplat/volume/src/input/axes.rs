@@ -110,7 +110,7 @@ impl ImageAxes {
     }
 }
 
-/// A window of a file; `None` where it is none.
+/// The window between two values of a file; `None` unless both are finite and the second is greater.
 pub(crate) fn window(low: Option<f64>, high: Option<f64>) -> Option<[f64; 2]> {
     let window = [low?, high?];
     (window[0] < window[1] && window.iter().all(|end| end.is_finite())).then_some(window)
