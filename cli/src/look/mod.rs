@@ -133,8 +133,8 @@ fn check_typed(args: &VolsplatArgs, channels: &[Channel]) -> Result<()> {
     Ok(())
 }
 
-/// Returns true if the channels of an image are projected, because nobody typed what a projection does not have: their windows are made for
-/// that, and their inside is seen.
+/// Returns true if the channels of an image are drawn as a maximum projection by default: all of them come from the image, and no blend, surface,
+/// layer or light was typed. Windows of microscopes are made for projections, which also show the inside.
 fn projected(args: &VolsplatArgs, format: Format, channels: &[Channel]) -> Result<bool> {
     let render = &args.render.options;
     let is_image = |channel: &Channel| match channel.source {

@@ -20,7 +20,7 @@ pub struct ChannelStyle {
     pub window: Option<[f64; 2]>,
     /// Power of the share of the window; above 0. 1 is linear on a display, less shows dim values brighter.
     pub gamma: f64,
-    /// Opacity of what is shown in full, 0 to 1: over one unit of opacity in emission, of the pixel in a projection.
+    /// Opacity at the upper end of the window, 0 to 1. In emission it holds over one unit of opacity, in a projection for the pixel.
     pub opacity: f64,
 }
 

@@ -50,19 +50,6 @@ impl Default for ImageAxes {
 }
 
 impl ImageAxes {
-    /// The names of the channels, as a part of a sentence; empty where none has a name.
-    pub(crate) fn names(&self) -> String {
-        let name = |(number, channel): (usize, &ImageChannel)| match &channel.name {
-            Some(name) => name.clone(),
-            None => number.to_string(),
-        };
-        if self.channels.iter().all(|channel| channel.name.is_none()) {
-            return String::new();
-        }
-        let names: Vec<String> = self.channels.iter().enumerate().map(name).collect();
-        format!(" ({})", names.join(", "))
-    }
-
     /// The channels by number and name, for a person.
     pub fn numbered_names(&self) -> String {
         let name = |(number, channel): (usize, &ImageChannel)| match &channel.name {

@@ -200,6 +200,20 @@ impl Stream {
         })
     }
 
+    /// The first bytes, a header of a fixed size.
+    pub(crate) fn header(&mut self, size: usize) -> Result<Vec<u8>, String> {
+        let mut bytes = Vec::new();
+        let got = (&mut self.bytes).take(size as u64).read_to_end(&mut bytes);
+        got.map_err(|error| decode::broken(&error))?;
+        if bytes.len() < size {
+            return Err(format!(
+                "the header needs {size} bytes, the file has {}: it is cut off",
+                bytes.len()
+            ));
+        }
+        Ok(bytes)
+    }
+
     /// Passes over the bytes from `begin`, where the stream stands, to `end`, where the image begins.
     pub(crate) fn skip(&mut self, begin: u64, end: u64, gate: &Gate) -> Result<(), String> {
         let bytes = end - begin;

@@ -125,17 +125,7 @@ fn read(
 }
 
 fn header(stream: &mut Stream) -> Result<Header, Fault> {
-    let mut bytes = Vec::new();
-    let got = (&mut stream.bytes)
-        .take(HEADER_BYTES as u64)
-        .read_to_end(&mut bytes);
-    got.map_err(|error| decode::broken(&error))?;
-    if bytes.len() < HEADER_BYTES {
-        return Err(Fault::Invalid(format!(
-            "the header needs {HEADER_BYTES} bytes, the file has {}: it is cut off",
-            bytes.len()
-        )));
-    }
+    let bytes = stream.header(HEADER_BYTES)?;
     let size = |place: usize, name: &str| {
         let size = word(&bytes, place);
         usize::try_from(size)

@@ -48,17 +48,7 @@ pub(crate) fn load(path: &Path, gate: &Gate) -> Result<Parts, Error> {
 }
 
 fn read(stream: &mut Stream, gate: &Gate) -> Result<Parts, Fault> {
-    let mut bytes = Vec::new();
-    let got = (&mut stream.bytes)
-        .take(HEADER_BYTES as u64)
-        .read_to_end(&mut bytes);
-    got.map_err(|error| decode::broken(&error))?;
-    if bytes.len() < HEADER_BYTES {
-        return Err(Fault::Invalid(format!(
-            "the header needs {HEADER_BYTES} bytes, the file has {}: it is cut off",
-            bytes.len()
-        )));
-    }
+    let bytes = stream.header(HEADER_BYTES)?;
     let header = header(&bytes)?;
     let layout = Layout {
         voxel_type: header.voxel_type,

@@ -182,8 +182,8 @@ fn chosen_channels(choice: &[usize], axes: &ImageAxes) -> Result<Vec<usize>, Fau
     }
     if choice.is_empty() {
         return Err(Fault::Unsupported(format!(
-            "the image has {count} channels{}: choose one with component=N, from 0 to {}",
-            axes.names(),
+            "the image has {count} channels ({}): choose one with component=N, from 0 to {}",
+            axes.numbered_names(),
             count - 1
         )));
     }

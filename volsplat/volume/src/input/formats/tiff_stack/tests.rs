@@ -185,12 +185,12 @@ fn notes_of_image_j_and_ome_give_the_spacing() {
     for (text, named) in [
         (
             ome("SizeC=\"2\" SizeT=\"1\""),
-            "2 channels: choose one with component=N",
+            "2 channels (0, 1): choose one with component=N",
         ),
         (ome("SizeC=\"3\" SizeT=\"1\""), "planes in further files"),
         (
             "ImageJ=1.53\nimages=2\nchannels=2\n".to_owned(),
-            "2 channels: choose one",
+            "2 channels (0, 1): choose one",
         ),
         (
             "ImageJ=1.53\nimages=2\nchannels=3\n".to_owned(),

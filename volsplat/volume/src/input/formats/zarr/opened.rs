@@ -181,7 +181,7 @@ fn selected(image: &Image, array: &Array, options: &LoadOptions) -> Result<Vec<S
         None => Err(unsupported(format!(
             "the image has {size} {what}s{}: choose one with {option}=N, from 0 to {}",
             if what == "channel" {
-                image.axes(array).names()
+                format!(" ({})", image.axes(array).numbered_names())
             } else {
                 String::new()
             },

@@ -325,7 +325,7 @@ fn level_channel_and_time_are_chosen() {
             .to_string()
     };
     assert!(
-        text(None, None, Some(0)).contains("DAPI, GFP, RFP"),
+        text(None, None, Some(0)).contains("(0 DAPI, 1 GFP, 2 RFP)"),
         "{}",
         text(None, None, Some(0))
     );
