@@ -1,7 +1,8 @@
-//! Automatic framing: a camera that shows a box, from a direction given by two angles.
+//! Orbits: cameras that show a scene from a direction given by two angles, fitted to its visible part. ([`framing`](crate::camera::framing) fits a box alone,
+//! in closed form.)
 //!
 //! Takes a box in the world, an up axis and an orbit, gives a camera. A sphere around the content of
-//! the box gives the view, and is then moved and resized to hold the visible part (`fit.rs`). The pictures of a turntable share one
+//! the box gives the view, and is then moved and resized to hold the visible part ([`fit`]). The pictures of a turntable share one
 //! sphere, so that they have the same scale. The picture's up direction is the derivative of the eye's position along the elevation, which is defined
 //! everywhere, the poles included.
 

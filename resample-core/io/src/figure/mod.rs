@@ -42,14 +42,6 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// Returns true if nothing is drawn.
-    pub fn is_empty(&self) -> bool {
-        self.scale_bar.is_none()
-            && self.colour_bar.is_none()
-            && self.axes.is_none()
-            && self.caption.is_none()
-    }
-
     /// Draws over a part of a picture that begins at column and row `first` of the whole, which the camera shows.
     pub fn draw(&self, image: &mut Image, camera: &Camera, first: [usize; 2]) {
         let size = [camera.width, camera.height].map(f64::from);
