@@ -34,7 +34,7 @@ pub enum ChannelColours {
 }
 
 /// Opacity of a channel in full colour over one unit in emission: a few voxels of it hide what lies behind, dim parts do not. A guess, looked at
-/// on nuclei and on an embryo.
+/// on nuclei of two channels.
 pub const EMISSION_OPACITY: f64 = 0.5;
 
 /// Knots of the curve of brightness: straight pieces between them miss it by at most 1/2000 at gamma 1.
