@@ -83,7 +83,7 @@ pub(crate) fn png<'py>(rgba: &Bound<'py, PyArray3<f32>>) -> PyResult<Bound<'py, 
     let bytes = py.detach(|| output::png_file(&image));
     Ok(PyBytes::new(
         py,
-        &bytes.map_err(|error| fault::raised(&error))?,
+        &bytes.map_err(|error| fault::raised(&error.into()))?,
     ))
 }
 
@@ -109,7 +109,7 @@ pub(crate) fn save(
     let write = || -> anyhow::Result<u64> {
         let format = output::format_of(&path, bits)?;
         output::check_writable(&path)?;
-        output::write_picture(&path, format, &image)
+        Ok(output::write_picture(&path, format, &image)?)
     };
     let written = rgba.py().detach(write);
     written.map_err(|error| fault::raised(&error))
@@ -143,14 +143,14 @@ pub(crate) fn write_film(
                 Some(film) => film,
                 None => film.insert(begun(&path, &image, (count, fps))?),
             };
-            film.add(&image)
+            Ok(film.add(&image)?)
         });
         added.map_err(|error| fault::raised(&error))?;
         py.check_signals()?;
     }
     let finished = film
         .context("there are no pictures")
-        .and_then(|film| py.detach(|| film.finish()));
+        .and_then(|film| Ok(py.detach(|| film.finish())?));
     finished.map_err(|error| fault::raised(&error))
 }
 
@@ -170,5 +170,5 @@ fn begun(path: &Path, first: &Image, (count, fps): (u32, Option<u16>)) -> anyhow
     plan.check_tools()?;
     output::check_writable(path)?;
     let size = [u32::try_from(first.width)?, u32::try_from(first.height)?];
-    Film::begin(&plan, size, count)
+    Ok(Film::begin(&plan, size, count)?)
 }

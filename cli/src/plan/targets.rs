@@ -67,7 +67,8 @@ pub(super) fn check_pictures(
         }
     }
     let others = others.iter().map(|(_, path)| *path);
-    output::check_not_inputs(pictures.iter().map(PathBuf::as_path).chain(others), &read)
+    let written = pictures.iter().map(PathBuf::as_path).chain(others);
+    Ok(output::check_not_inputs(written, &read)?)
 }
 
 /// All files that the run reads, with those that it found through names inside others.

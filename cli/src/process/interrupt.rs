@@ -6,12 +6,10 @@
 //! Limits: a process that is killed (SIGKILL) can leave a temporary file, named `.resample-*.tmp`; the next run into its
 //! folder removes it.
 
-use std::collections::BTreeSet;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Context, Result};
+use resample_io::write::remove_all_and_exit;
 
 use crate::process::report;
 
@@ -23,9 +21,6 @@ static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// How many loops are running that read the flag.
 static PATIENT: AtomicUsize = AtomicUsize::new(0);
-
-/// Files that must not outlive the process.
-static TEMPORARY: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// Why a run ended early. Its text says what there is and how to go on.
 #[derive(Debug)]
@@ -44,12 +39,6 @@ impl std::error::Error for Interrupted {}
 
 /// While one of these lives, the first Ctrl-C only sets the flag.
 pub(crate) struct Patience(());
-
-/// A temporary file that is listed for removal; its end takes it off the list.
-#[derive(Debug)]
-pub(crate) struct Listed {
-    path: PathBuf,
-}
 
 /// Listens for Ctrl-C from now on.
 pub(crate) fn watch() -> Result<()> {
@@ -77,27 +66,9 @@ pub(crate) fn patience() -> Patience {
     Patience(())
 }
 
-/// Makes a temporary file and lists it. The list is locked meanwhile, so that no Ctrl-C can fall in between.
-pub(crate) fn listed<T>(
-    make: impl FnOnce() -> std::io::Result<T>,
-    path: impl FnOnce(&T) -> PathBuf,
-) -> std::io::Result<(T, Listed)> {
-    let mut list = temporary();
-    let made = make()?;
-    let path = path(&made);
-    list.insert(path.clone());
-    Ok((made, Listed { path }))
-}
-
 impl Drop for Patience {
     fn drop(&mut self) {
         PATIENT.fetch_sub(1, Ordering::SeqCst);
-    }
-}
-
-impl Drop for Listed {
-    fn drop(&mut self) {
-        temporary().remove(&self.path);
     }
 }
 
@@ -108,16 +79,5 @@ fn pressed() {
         report::say("Ctrl-C: ending after this picture; press again to end at once");
         return;
     }
-    // The lock is held to the end: no file can be made any more.
-    let list = temporary();
-    for path in list.iter() {
-        // It may be gone or renamed already, which is as good.
-        let _ = std::fs::remove_file(path);
-    }
-    std::process::exit(i32::from(EXIT_INTERRUPTED));
-}
-
-fn temporary() -> MutexGuard<'static, BTreeSet<PathBuf>> {
-    // A set of names is sound whatever a thread did that panicked.
-    TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner)
+    remove_all_and_exit(i32::from(EXIT_INTERRUPTED))
 }

@@ -39,5 +39,5 @@ pub(crate) fn jpeg(image: &Image) -> Result<Vec<u8>> {
 
 /// The bytes of a PNG file.
 pub(crate) fn png(image: &Image) -> Result<Vec<u8>> {
-    output::png_file(image)
+    Ok(output::png_file(image)?)
 }

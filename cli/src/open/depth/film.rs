@@ -21,10 +21,10 @@ use warp3d::input::{DepthKind, Part, Picture, Plane, RANGE_SHARE, colour, depth}
 use crate::args::Warp3dArgs;
 use crate::cameras::viewpoint;
 use crate::output::temporary_file;
-use crate::process::interrupt::Listed;
 use crate::process::report;
 use crate::process::report::{Progress, watch};
 use crate::values::input_file::{HeldPicture, HeldPictures, Source};
+use resample_io::write::Listed;
 
 /// Width of the pictures that are looked through, px: enough for the colours of a shot and the ranks of its depths.
 const SURVEY_WIDTH: u32 = 160;

@@ -399,12 +399,22 @@ pub(crate) fn write_planes(args: &Warp3dArgs, image: &Image) -> Result<()> {
                 .collect(),
             None => seen.collect(),
         };
-        output::write_grey(path, [image.width, image.height], &mask)?;
+        output::write_grey(
+            path,
+            output::format_of(path, None)?,
+            [image.width, image.height],
+            &mask,
+        )?;
     }
     if let Some(path) = &args.confidence {
         let confidence = plane("confidence")
             .context("this layout of views has no confidence: leave --confidence out")?;
-        output::write_grey(path, [image.width, image.height], confidence)?;
+        output::write_grey(
+            path,
+            output::format_of(path, None)?,
+            [image.width, image.height],
+            confidence,
+        )?;
     }
     Ok(())
 }

@@ -5,6 +5,7 @@ use glam::DVec3;
 use volsplat::{Clip, DepthPlane, GaussianOptions};
 
 use crate::args::{GaussianClipArgs, GaussianRenderArgs};
+use crate::output;
 use crate::output::Format;
 
 /// How Gaussians are drawn. Only an EXR file has a place for depth and further planes.
@@ -19,7 +20,7 @@ pub(super) fn render_options(args: &GaussianRenderArgs, format: Format) -> Resul
             Format::Exr => DepthPlane::Expected,
             Format::Png(_) | Format::Jpeg => DepthPlane::None,
         },
-        layers: format.layers(args.layers.as_ref())?,
+        layers: output::layers(format, args.layers.as_ref())?,
         simd: args.vector_level,
     };
     options.validate()?;

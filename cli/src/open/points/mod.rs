@@ -23,6 +23,7 @@ use crate::open::open_scene::{OpenScene, Parts};
 use crate::open::points::look::Found;
 use crate::open::points::scan::{Positions, Scan};
 use crate::open::setting::Setting;
+use crate::output;
 use crate::output::Format;
 use crate::picture::Drawn;
 use crate::picture::bands::Window;
@@ -52,9 +53,7 @@ impl OpenPoints {
         let start = Instant::now();
         let plan = Plan::new(&request(&args))?;
         plain_options(&args.render.options).validate()?;
-        plan.finish
-            .format
-            .layers(args.render.options.layers.as_ref())?;
+        output::layers(plan.finish.format, args.render.options.layers.as_ref())?;
         if let Some(part) = &args.input.part {
             let path = args.input.path.display();
             bail!(

@@ -37,6 +37,7 @@ use crate::open::figure::FigureFacts;
 use crate::open::volume::data::{Content, Keeping};
 use crate::open::volume::key_motion::VolumeMotion;
 use crate::open::volume::time_steps::TimeSteps;
+use crate::output;
 use crate::picture::Drawn;
 use crate::plan::{Plan, Purpose, Request};
 use crate::process::report;
@@ -79,9 +80,10 @@ impl OpenVolume {
             ));
         }
         let typed = look::typed_options(&args, plan.finish.format)?;
-        plan.finish
-            .format
-            .layers(args.render.options.blend.layers.as_ref())?;
+        output::layers(
+            plan.finish.format,
+            args.render.options.blend.layers.as_ref(),
+        )?;
         let mut open = loaded(args, &typed, (plan, purpose, steps), verbosity.progress())?;
         open.cameras = cameras(&mut open)?;
         if purpose != Purpose::Draw {

@@ -13,6 +13,7 @@ use crate::open::figure;
 use crate::open::open_scene::{OpenScene, Parts, Probed};
 use crate::open::setting::Setting;
 use crate::open::volume::{OpenVolume, drawn, motion, request, turn};
+use crate::output;
 use crate::picture;
 use crate::picture::bands::Window;
 use crate::picture::{Drawn, Shot};
@@ -114,11 +115,10 @@ impl OpenScene for OpenVolume {
     }
 
     fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
-        let layers = self
-            .plan
-            .finish
-            .format
-            .layers(self.args.render.options.blend.layers.as_ref())?;
+        let layers = output::layers(
+            self.plan.finish.format,
+            self.args.render.options.blend.layers.as_ref(),
+        )?;
         picture::in_window(camera, window, &mut |camera| {
             let mut drawn = self.draw(camera)?;
             drawn
@@ -155,11 +155,10 @@ impl OpenScene for OpenVolume {
             bail!("--tile requires the field renderer; use --frames instead");
         }
         let request = request(&open.args, open.steps.as_ref());
-        let layers = open
-            .plan
-            .finish
-            .format
-            .layers(open.args.render.options.blend.layers.as_ref())?;
+        let layers = output::layers(
+            open.plan.finish.format,
+            open.args.render.options.blend.layers.as_ref(),
+        )?;
         open.content.show_transfer(&open.args.transfer)?;
         let stats = RunStats {
             planned,

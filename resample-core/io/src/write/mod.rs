@@ -1,10 +1,28 @@
-//! Pictures as files: takes a [`resample_core::Image`] and something to write to, gives the bytes of a format.
+//! Pictures and films as files: whole files under a name, and the bytes of each format.
 //!
-//! Names, temporary files and the choice of a format are the caller's. Errors are those of writing, and numbers that the format has no
-//! place for.
+//! Takes a [`resample_core::Image`], gives files that appear complete or not at all: everything goes to a temporary file
+//! in the target's own folder, which is renamed when it is complete. What stood there before stays until then.
 
 pub mod exr;
 pub mod gif;
 pub mod png;
 pub mod webp;
+mod checks;
+mod failure;
+mod files;
+mod films;
 mod runs;
+mod temporary;
+#[cfg(test)]
+mod tests;
+
+pub use checks::{
+    check_name, check_new, check_not_input, check_not_inputs, check_writable, make_folder,
+};
+pub use failure::WriteFailure;
+pub use files::{
+    Format, format_of, png_codes, png_file, write_bytes, write_grey, write_marked_picture,
+    write_picture, write_text, write_tile,
+};
+pub use films::{DEFAULT_FPS, Film, FilmKind, FilmPlan, kind_of};
+pub use temporary::{Listed, remove_all_and_exit, temporary_file};

@@ -132,7 +132,10 @@ fn real_ome_zarr_images_are_as_zarr_python_says() {
     let refused = load(&folder.join(image), &LoadOptions::default())
         .expect_err("two channels")
         .to_string();
-    assert!(refused.contains("2 channels (0 LaminB1, 1 Dapi)"), "{refused}");
+    assert!(
+        refused.contains("2 channels (0 LaminB1, 1 Dapi)"),
+        "{refused}"
+    );
 }
 
 #[test]

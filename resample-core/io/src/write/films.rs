@@ -5,19 +5,21 @@
 //! follows from the extension. Limits: a video needs `ffmpeg` on the PATH and an even width and height.
 
 use std::fs::File;
+use std::io;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, bail};
 use png::Writer;
 use resample_core::narrow::code16;
-use resample_core::{Camera, Image};
-use resample_io::film::{Container, FrameRate, Original, Writer as Video, check_tool};
-use resample_io::write::gif::Gif;
-use resample_io::write::webp::WebP;
-use resample_io::write::{gif, png as picture_png, webp};
+use resample_core::{Camera, Error, Image};
 use tempfile::NamedTempFile;
 
-use super::{Depth, Listed, WriteFailure, folder_of, is_stdout, temporary_file};
+use super::failure::WriteFailure;
+use super::gif::Gif;
+use super::png::Depth;
+use super::temporary::{Listed, folder_of, is_stdout, temporary_file};
+use super::webp::WebP;
+use super::{gif, png as picture_png, webp};
+use crate::film::{Container, FrameRate, Original, Writer as Video, check_tool};
 
 /// Kind of an animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +36,7 @@ pub enum FilmKind {
 
 impl FilmKind {
     /// Returns true if its pictures have no transparency.
-    pub(crate) fn is_opaque(self) -> bool {
+    pub fn is_opaque(self) -> bool {
         matches!(self, Self::Gif | Self::Video(_))
     }
 }
@@ -74,7 +76,7 @@ pub const DEFAULT_FPS: u16 = 25;
 /// The kind of animation that the extension of `path` asks for; `None` if it is no animation.
 ///
 /// A film made from a film goes to the standard output as Matroska, which can be piped.
-pub fn kind_of(path: &Path, bits: Option<u8>, of_film: bool) -> Result<Option<FilmKind>> {
+pub fn kind_of(path: &Path, bits: Option<u8>, of_film: bool) -> Result<Option<FilmKind>, Error> {
     if of_film && is_stdout(path) {
         return Ok(Some(FilmKind::Video(Container::Matroska)));
     }
@@ -90,10 +92,10 @@ pub fn kind_of(path: &Path, bits: Option<u8>, of_film: bool) -> Result<Option<Fi
         }
         Some(name @ ("webp" | "gif")) if bits.is_some() => {
             let name = if name == "gif" { "GIF" } else { "WebP" };
-            bail!(
+            return refused(format!(
                 "{}: a {name} always has 8 bits per channel: leave --bits out",
                 path.display()
-            )
+            ));
         }
         Some("webp") => return Ok(Some(FilmKind::WebP)),
         Some("gif") => return Ok(Some(FilmKind::Gif)),
@@ -103,10 +105,10 @@ pub fn kind_of(path: &Path, bits: Option<u8>, of_film: bool) -> Result<Option<Fi
         _ => return Ok(None),
     };
     if bits.is_some() {
-        bail!(
+        return refused(format!(
             "{}: a video always has 8 bits per channel: leave --bits out",
             path.display()
-        );
+        ));
     }
     Ok(Some(FilmKind::Video(container)))
 }
@@ -122,19 +124,19 @@ fn short(rate: FrameRate) -> [u16; 2] {
 
 impl FilmPlan {
     /// Checks for other programs: a video needs `ffmpeg`.
-    pub fn check_tools(&self) -> Result<()> {
+    pub fn check_tools(&self) -> Result<(), Error> {
         match self.kind {
             FilmKind::Png(_) | FilmKind::WebP | FilmKind::Gif => Ok(()),
-            FilmKind::Video(_) => Ok(check_tool(
+            FilmKind::Video(_) => check_tool(
                 "ffmpeg",
                 &self.path,
                 "write an animated PNG (.apng) or numbered pictures (.png)",
-            )?),
+            ),
         }
     }
 
     /// Checks that all pictures have one size that the animation can have.
-    pub fn check_sizes(&self, cameras: &[Camera]) -> Result<()> {
+    pub fn check_sizes(&self, cameras: &[Camera]) -> Result<(), Error> {
         let size = |camera: &Camera| (camera.width, camera.height);
         let Some(first) = cameras.first().map(size) else {
             return Ok(());
@@ -146,31 +148,30 @@ impl FilmPlan {
             .enumerate()
             .find(|(_, other)| *other != first)
         {
-            bail!(
+            return refused(format!(
                 "{path}: the pictures of an animation must have one size, but picture 0 has {width}x{height} and \
                  picture {index} has {}x{}: give --size",
-                other.0,
-                other.1
-            );
+                other.0, other.1
+            ));
         }
         if self.kind == FilmKind::WebP && width.max(height) > webp::MAX_SIDE {
-            bail!(
+            return refused(format!(
                 "{path}: a WebP has at most {} pixels a side, not {width}x{height}",
                 webp::MAX_SIDE
-            );
+            ));
         }
         if self.kind == FilmKind::Gif && width.max(height) > gif::MAX_SIDE {
-            bail!(
+            return refused(format!(
                 "{path}: a GIF has at most {} pixels a side, not {width}x{height}",
                 gif::MAX_SIDE
-            );
+            ));
         }
         if matches!(self.kind, FilmKind::Video(_)) && (width % 2 != 0 || height % 2 != 0) {
             let (even_width, even_height) = (width.next_multiple_of(2), height.next_multiple_of(2));
-            bail!(
+            return refused(format!(
                 "{path}: a video needs an even width and height, not {width}x{height}: give --size \
                  {even_width}x{even_height}"
-            );
+            ));
         }
         Ok(())
     }
@@ -178,8 +179,8 @@ impl FilmPlan {
 
 impl Film {
     /// Starts an animation of `count` pictures of `size` pixels, width and height.
-    pub fn begin(plan: &FilmPlan, size: [u32; 2], count: u32) -> Result<Self> {
-        let begun = || -> Result<Self> {
+    pub fn begin(plan: &FilmPlan, size: [u32; 2], count: u32) -> Result<Self, WriteFailure> {
+        let begun = || -> io::Result<Self> {
             let (file, listed) = temporary_file(folder_of(&plan.path))?;
             let sink = match plan.kind {
                 FilmKind::Png(depth) => {
@@ -197,7 +198,8 @@ impl Film {
                     count,
                 )?),
                 FilmKind::Gif => {
-                    let gif = Gif::begin(file.as_file().try_clone()?, size, plan.rate)?;
+                    let gif = Gif::begin(file.as_file().try_clone()?, size, plan.rate)
+                        .map_err(io::Error::other)?;
                     Sink::Gif(Box::new(gif))
                 }
                 FilmKind::Video(container) => {
@@ -215,40 +217,36 @@ impl Film {
                 path: plan.path.clone(),
             })
         };
-        begun().with_context(|| WriteFailure {
-            path: plan.path.clone(),
-        })
+        begun().map_err(WriteFailure::of(&plan.path))
     }
 
     /// Adds a picture.
-    pub fn add(&mut self, image: &Image) -> Result<()> {
+    pub fn add(&mut self, image: &Image) -> Result<(), WriteFailure> {
         let added = match &mut self.sink {
             Sink::Png(writer, depth) => writer
                 .write_image_data(&picture_png::bytes(image, *depth))
-                .map_err(Into::into),
-            Sink::WebP(webp) => Ok(webp.add(&picture_png::bytes(image, Depth::Eight))?),
+                .map_err(io::Error::from),
+            Sink::WebP(webp) => webp.add(&picture_png::bytes(image, Depth::Eight)),
             Sink::Gif(gif) => gif
                 .add(&picture_png::opaque_bytes(image, Depth::Eight))
-                .map_err(Into::into),
+                .map_err(io::Error::other),
             Sink::Video(video, depth) => {
                 let bytes = picture_png::opaque_bytes(image, *depth);
-                video.add(&bytes).map_err(anyhow::Error::from)
+                video.add(&bytes)
             }
         };
-        added.with_context(|| WriteFailure {
-            path: self.path.clone(),
-        })
+        added.map_err(WriteFailure::of(&self.path))
     }
 
     /// Ends the animation, gives it its name, and gives the size of the file in bytes.
-    pub fn finish(self) -> Result<u64> {
+    pub fn finish(self) -> Result<u64, WriteFailure> {
         let Self {
             sink,
             file,
             _listed,
             path,
         } = self;
-        let finished = || -> Result<u64> {
+        let finished = || -> io::Result<u64> {
             match sink {
                 Sink::Png(writer, _) => writer.finish()?,
                 Sink::WebP(webp) => webp.finish()?,
@@ -258,12 +256,16 @@ impl Film {
             }
             let bytes = std::fs::metadata(file.path())?.len();
             if is_stdout(&path) {
-                std::io::copy(&mut File::open(file.path())?, &mut std::io::stdout())?;
+                io::copy(&mut File::open(file.path())?, &mut io::stdout())?;
             } else {
                 file.persist(&path)?;
             }
             Ok(bytes)
         };
-        finished().with_context(|| WriteFailure { path: path.clone() })
+        finished().map_err(WriteFailure::of(&path))
     }
+}
+
+fn refused<T>(text: String) -> Result<T, Error> {
+    Err(Error::Input(text))
 }
