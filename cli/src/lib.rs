@@ -52,7 +52,7 @@ use anyhow::Result;
 use clap::{CommandFactory, FromArgMatches};
 
 use crate::args::words::typed::Typed;
-use crate::args::words::{content, listed_slices};
+use crate::args::words::{content, listed_slices, session};
 use crate::args::{Cli, Command, Drawing, GlobalArgs};
 use crate::commands::compare::TooFar;
 use crate::commands::thumbnails::SomeFailed;
@@ -75,6 +75,7 @@ pub fn run() -> ExitCode {
     let is_command = |word: &str| word == "help" || Cli::command().find_subcommand(word).is_some();
     let words = std::env::args_os().collect();
     let words = content::with_command(words, is_command)
+        .and_then(session::expanded)
         .map(content::of_content)
         .and_then(listed_slices::as_pattern);
     let words = match words {

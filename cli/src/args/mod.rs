@@ -125,6 +125,9 @@ pub struct GlobalArgs {
     /// Print the time of each stage
     #[arg(short, long, global = true)]
     pub verbose: bool,
+    /// Begin with the words of a session that `resample view` has saved; options that are typed win over its own
+    #[arg(long, global = true, value_name = "FILE.json")]
+    pub session: Option<PathBuf>,
 }
 
 /// Options of `resample volsplat`.

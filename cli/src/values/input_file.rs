@@ -25,6 +25,16 @@ pub struct InputFile {
 }
 
 impl InputFile {
+    /// The name without its folder, with the part.
+    pub(crate) fn name(&self) -> String {
+        let name = self.path.file_name().unwrap_or(self.path.as_os_str());
+        let name = name.to_string_lossy();
+        match &self.part {
+            Some(part) => format!("{name}#{part}"),
+            None => name.into_owned(),
+        }
+    }
+
     /// Splits at the last `#`; a file whose own name holds it wins.
     pub fn of(text: OsString) -> Self {
         let split = text.to_str().and_then(|text| text.rsplit_once('#'));

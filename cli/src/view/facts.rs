@@ -45,6 +45,10 @@ pub(crate) fn volume(open: &OpenVolume) -> Value {
         "dims": lattice.dims,
         "space": lattice.space,
         "spacing": lattice.spacing(),
+        "origin": lattice.world_from_index.translation.to_array(),
+        "axes": lattice.world_from_index.matrix3.to_cols_array_2d(),
+        "has_slices": open.volumes().is_ok(),
+        "steps": open.step_names(),
         "range": [low, high],
         "corners": crate::cameras::framing::volume::grid_bounds(volume).map(|corner| corner.to_array()),
         "bars": bars(&histogram, volume.value_range()),
@@ -131,7 +135,7 @@ pub(crate) fn function(open: &OpenVolume) -> Value {
 }
 
 /// Knots of a transfer function: value and opacity, value and display colour.
-fn knots(function: &TransferFunction) -> Value {
+pub(crate) fn knots(function: &TransferFunction) -> Value {
     let opacities: Vec<_> = function
         .opacity_knots()
         .iter()

@@ -42,6 +42,9 @@ pub(crate) struct View {
     /// How exact a resting picture is.
     #[serde(default)]
     pub(crate) exactness: Exactness,
+    /// The step of a volume over time.
+    #[serde(default)]
+    pub(crate) step: usize,
 }
 
 /// How exact a resting picture is.
@@ -117,6 +120,15 @@ pub(crate) enum Asked {
         #[serde(flatten)]
         view: View,
     },
+    /// A slice of the volume along an axis of its grid, from 0.
+    Slice {
+        axis: usize,
+        index: usize,
+        /// Values that are black and white.
+        window: [f64; 2],
+    },
+    /// The transfer function in the text of a file of ParaView or Slicer.
+    Look { name: String, text: String },
     /// End the picture in work, and the file that is being written.
     Cancel,
     /// Write a file into the folder where the command was started.
@@ -125,10 +137,24 @@ pub(crate) enum Asked {
         name: String,
         #[serde(flatten)]
         view: View,
-        /// The key frames of a path or a film, or the cameras of a turntable.
+        /// The key frames of a path or a film, the cameras of a turntable, or the state of the page for a session.
         #[serde(default)]
         detail: Value,
+        /// Where the file goes.
+        #[serde(default)]
+        to: Goal,
     },
+}
+
+/// Where a saved file goes.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Goal {
+    /// Into the folder where the command was started.
+    #[default]
+    Folder,
+    /// To the machine of the page.
+    Page,
 }
 
 /// The kind of a saved file.
@@ -142,17 +168,18 @@ pub(crate) enum Saved {
     Path,
     Turntable,
     Film,
+    Session,
 }
 
 /// The head of a picture.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct PictureHead {
     pub(crate) id: u32,
-    /// "moving", "resting" or "thumbnail".
+    /// "moving", "resting", "thumbnail", "slice" or "file".
     pub(crate) kind: &'static str,
-    /// Name of the preset of a thumbnail.
+    /// Name of the preset of a thumbnail, of the axis of a slice, or of a file.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) preset: Option<String>,
+    pub(crate) name: Option<String>,
     /// MIME type of the bytes behind the head.
     pub(crate) format: &'static str,
     pub(crate) width: u32,
@@ -176,6 +203,7 @@ impl PictureHead {
 /// A file that is being written.
 pub(crate) struct Job {
     path: PathBuf,
+    to: Goal,
     stop: Stop,
     news: Receiver<News>,
     thread: Option<JoinHandle<()>>,
@@ -191,7 +219,8 @@ pub(crate) enum News {
 
 impl Job {
     /// Begins to draw and write.
-    pub(crate) fn begin(path: PathBuf, drawing: Drawing) -> Result<Self> {
+    pub(crate) fn begin(path: PathBuf, to: Goal, drawing: Drawing) -> Result<Self> {
+        let goal = to;
         let (to, news) = channel();
         let stop = Stop::default();
         let (own, file) = (stop.clone(), path.clone());
@@ -204,6 +233,7 @@ impl Job {
             })?;
         Ok(Self {
             path,
+            to: goal,
             stop,
             news,
             thread: Some(thread),
@@ -213,6 +243,11 @@ impl Job {
     /// The file.
     pub(crate) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Where the file goes.
+    pub(crate) fn goal(&self) -> Goal {
+        self.to
     }
 
     /// The next piece of news, if there is one.

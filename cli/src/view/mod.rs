@@ -17,6 +17,7 @@ pub(crate) mod serve;
 mod ladder;
 pub(crate) mod render_thread;
 mod save;
+mod slices;
 
 use std::ffi::OsString;
 use std::sync::Arc;
@@ -49,10 +50,13 @@ pub(crate) fn run(args: ViewArgs, verbosity: Verbosity) -> Result<()> {
     };
     // The page is there at once, and says that the file is being read.
     let address = server.address();
+    let tunnel = server.tunnel();
     let mailbox = server.start()?;
     report::print(&format!("{address}\n"))?;
-    if !serve.no_open {
-        open_browser(&address);
+    match serve.no_open {
+        true if verbosity != Verbosity::Quiet => report::say(&tunnel),
+        true => {}
+        false => open_browser(&address),
     }
     interrupt::watch()?;
     let subject = OpenedScene::open(words, verbosity)?;

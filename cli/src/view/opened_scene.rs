@@ -1,6 +1,6 @@
 //! The scene as it is drawn: read once, then seen from any camera under any options of the page.
 
-use std::path::{MAIN_SEPARATOR, PathBuf};
+use std::path::{MAIN_SEPARATOR, Path, PathBuf};
 
 use anyhow::{Context, Error, Result, bail};
 use glam::DVec3;
@@ -8,24 +8,27 @@ use resample_core::{Camera, Image, LookAt, Projection, Stop};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use super::facts;
 use super::message::{Exactness, View};
+use super::{facts, slices};
 use crate::args::Drawing;
 use crate::args::words::content::Application;
 use crate::cameras::framing;
 use crate::cameras::viewpoint::DEFAULT_FOV_Y_DEG;
 use crate::open::Opened;
 use crate::open::open_scene::Probed;
+use crate::open::volume::OpenVolume;
+use crate::output;
 use crate::picture::bands::Window;
 use crate::plan::{DEFAULT_SIZE, Purpose};
 use crate::process::report;
 use crate::process::report::Verbosity;
-use crate::values::{BackgroundWord, Size};
+use crate::values::{BackgroundWord, Size, word};
 use crate::view::options_text::{Changes, Files, Words};
 use crate::{picture, planner, values};
 use resample_io::camera_file;
 use resample_io::camera_file::CameraDefaults;
 use texmap::background::Background;
+use volsplat::transfer::{ColourEncoding, FileLook};
 
 /// Most pixels of a picture that the page may ask for: those of a screen of 3840x2160.
 const MAX_PIXELS: u64 = 3840 * 2160;
@@ -53,6 +56,7 @@ struct Ready {
     transfer: Option<Value>,
     labels: Option<Value>,
     exactness: Exactness,
+    step: usize,
     /// The camera, where the setting depends on it.
     planned_for: Option<Camera>,
 }
@@ -77,6 +81,7 @@ impl OpenedScene {
                 transfer: None,
                 labels: None,
                 exactness: Exactness::Default,
+                step: 0,
                 planned_for: None,
             }),
             drawing,
@@ -99,6 +104,7 @@ impl OpenedScene {
             "options": facts::options(&self.drawing)?,
             "volume": volume,
             "unit": self.unit(),
+            "session": self.words.page_of_session(),
             "backdrop": crate::view::encode::BACKDROP,
         }))
     }
@@ -285,11 +291,13 @@ impl OpenedScene {
             transfer: view.transfer.clone(),
             labels: view.labels.clone(),
             exactness,
+            step: view.step,
             planned_for,
         };
         if self.ready.as_ref() == Some(&ready) {
             return Ok(false);
         }
+        self.opened.turn_to(view.step)?;
         let drawing = self.words.drawing(&view.changes, &self.files(view)?)?;
         let typed = drawing.setting();
         let setting = match exactness {
@@ -316,6 +324,50 @@ impl OpenedScene {
         let path = self.folder.path().join(name);
         std::fs::write(&path, text)?;
         Ok(path)
+    }
+
+    /// A name for a file that is sent to the page.
+    pub(crate) fn sent_file(&self, name: &Path) -> Result<PathBuf> {
+        let folder = self.folder.path().join("sent");
+        output::make_folder(&folder)?;
+        Ok(folder.join(name))
+    }
+
+    /// The transfer function in the text of a file of ParaView or Slicer.
+    pub(crate) fn look(&self, name: &str, text: &str) -> Result<Value> {
+        let path = self.own_file("dropped.json", text)?;
+        let open = self
+            .opened
+            .volume()
+            .context("only volumes have a transfer function")?;
+        let read = FileLook::load(&path, ColourEncoding::Srgb, open.described());
+        let look =
+            read.with_context(|| format!("{name}: no transfer function of ParaView or Slicer"))?;
+        Ok(json!({
+            "function": facts::knots(&look.function),
+            "shade": look.shading.map(word),
+            "opacity_unit": look.opacity_unit,
+            "notes": look.notes,
+        }))
+    }
+
+    /// A slice of the volume as it is now.
+    pub(crate) fn slice(&self, axis: usize, index: usize, window: [f64; 2]) -> Result<Image> {
+        let open = self.opened.volume().context("only volumes have slices")?;
+        slices::picture(open, axis, index, window)
+    }
+
+    /// The name of a picture: numbered, where it is one of the steps of a volume over time.
+    pub(crate) fn picture_name(&self, name: &str) -> String {
+        match (self.steps(), name.rsplit_once('.')) {
+            (2.., Some((stem, extension))) => format!("{stem}-%04d.{extension}"),
+            _ => name.to_owned(),
+        }
+    }
+
+    /// The number of steps of a volume over time, or 1.
+    fn steps(&self) -> usize {
+        self.opened.volume().map_or(1, OpenVolume::steps)
     }
 
     /// An error as the page shows it: files of the page without the folder, which is nobody's business.
@@ -403,6 +455,9 @@ impl OpenedScene {
     pub(crate) fn line(&self, view: &View, files: &Files) -> Result<Vec<String>> {
         let mut words = self.words.line(&view.changes, files)?;
         words.extend(self.rest(view)?);
+        if self.steps() > 1 {
+            words.push(format!("--frames={}..{}", view.step, view.step + 1));
+        }
         Ok(words)
     }
 
@@ -432,6 +487,11 @@ impl OpenedScene {
     /// The whole command, to be run from its beginning.
     pub(crate) fn whole(&self, view: &View) -> Result<Drawing> {
         let mut drawing = self.words.drawing(&view.changes, &self.files(view)?)?;
+        if let Drawing::Volsplat(args) = &mut drawing
+            && let (2.., Some(open)) = (self.steps(), self.opened.volume())
+        {
+            args.input = open.step_input(view.step);
+        }
         if view.exactness == Exactness::Exact {
             drawing.set(planner::ends(&drawing.setting())?.exact)?;
         }

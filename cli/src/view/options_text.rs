@@ -10,10 +10,12 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use glam::DVec3;
+use serde_json::Value;
 use volsplat::transfer::ColourMap;
 
 use crate::args::words::content;
 use crate::args::words::content::Application;
+use crate::args::words::session;
 use crate::args::words::typed::Typed;
 use crate::args::{ComponentLook, Drawing, GlobalArgs, ServeArgs};
 use crate::cameras::viewpoint::Viewpoint;
@@ -73,9 +75,11 @@ const SWITCHES: [&str; 2] = ["occlusion", "shadows"];
 const UNLIT: [&str; 3] = ["maximum", "minimum", "average"];
 
 /// Options of the viewer and of the program, which no command that draws has.
-const OWN: [&str; 7] = [
+const OWN: [&str; 9] = [
+    "session",
     "no-open",
     "port",
+    "token-file",
     "bind",
     "allow-host",
     "threads",
@@ -175,6 +179,13 @@ impl Words {
             typed: Typed::of(command, &matches),
             held,
         })
+    }
+
+    /// The state of the page in the session that was opened.
+    pub(crate) fn page_of_session(&self) -> Value {
+        let path = self.global.session.as_ref();
+        path.and_then(|path| session::page(path).ok())
+            .unwrap_or(Value::Null)
     }
 
     /// The command as it was typed.

@@ -4,6 +4,7 @@
 //! size, then as the command line draws it, in bands of rows, so that a new request need not wait for all of it. Every
 //! band shows the pixels that the whole picture would show.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
@@ -13,7 +14,7 @@ use serde_json::{Value, json};
 use super::ladder::Ladder;
 use super::mailbox::Sender;
 use super::mailbox::{Mailbox, Next as Request};
-use super::message::{Asked, Exactness, Motion, PictureHead, Saved, View};
+use super::message::{Asked, Exactness, Goal, Motion, PictureHead, Saved, View};
 use super::message::{Job, News};
 use super::save::Saving;
 use super::{encode, save};
@@ -133,7 +134,7 @@ impl Studio {
             .as_mut()
             .map(|page| page.bytes(head.with(picture)));
         match sent {
-            Some(Ok(())) if head.kind != "thumbnail" => self.in_flight = Some(head.id),
+            Some(Ok(())) if head.id > 0 => self.in_flight = Some(head.id),
             Some(Err(_)) => self.page = None,
             _ => {}
         }
@@ -240,8 +241,11 @@ impl Studio {
                     self.tell(&said);
                 }
                 Some(News::Ended(Ok(()))) => {
+                    let (file, goal) = (job.path().to_owned(), job.goal());
                     self.job = None;
-                    self.tell(&json!({ "type": "saved", "path": path }));
+                    if let Err(error) = self.saved(&file, goal) {
+                        self.tell(&json!({ "type": "not-saved", "path": path, "text": self.subject.message(&error) }));
+                    }
                 }
                 Some(News::Ended(Err(error))) => {
                     self.job = None;
@@ -252,7 +256,32 @@ impl Studio {
         }
     }
 
-    fn save(&mut self, (what, name): (Saved, &str), (view, detail): (&View, &Value)) -> Result<()> {
+    /// Tells that a file is there; a file for the page is sent to it.
+    fn saved(&mut self, path: &Path, to: Goal) -> Result<()> {
+        let name = path
+            .file_name()
+            .unwrap_or(path.as_os_str())
+            .to_string_lossy()
+            .into_owned();
+        match to {
+            Goal::Folder => self.tell(&json!({ "type": "saved", "path": name })),
+            Goal::Page => {
+                let bytes = std::fs::read(path)?;
+                std::fs::remove_file(path)?;
+                let nothing = Image::transparent(0, 0);
+                let mut head = head(0, "file", "application/octet-stream", &nothing, 0.0);
+                head.name = Some(name);
+                self.send(&head, &bytes);
+            }
+        }
+        Ok(())
+    }
+
+    fn save(
+        &mut self,
+        (what, name, to): (Saved, &str, Goal),
+        (view, detail): (&View, &Value),
+    ) -> Result<()> {
         if let Some(job) = &self.job {
             bail!(
                 "{} is still being written: wait for it, or cancel it",
@@ -260,10 +289,8 @@ impl Studio {
             );
         }
         let shown = self.shown.as_ref();
-        match save::save(&self.subject, (what, name), (view, detail), shown)? {
-            Saving::Written(path) => {
-                self.tell(&json!({ "type": "saved", "path": path.display().to_string() }));
-            }
+        match save::save(&self.subject, (what, name, to), (view, detail), shown)? {
+            Saving::Written(path) => self.saved(&path, to)?,
             Saving::Begun(job) => self.job = Some(job),
         }
         Ok(())
@@ -288,7 +315,25 @@ impl Studio {
                 name,
                 view,
                 detail,
-            } => self.save((*what, name), (view, detail)),
+                to,
+            } => self.save((*what, name, *to), (view, detail)),
+            Asked::Look { name, text } => {
+                let look = self.subject.look(name, text)?;
+                self.tell(&json!({ "type": "look", "name": name, "look": look }));
+                Ok(())
+            }
+            Asked::Slice {
+                axis,
+                index,
+                window,
+            } => {
+                let start = Instant::now();
+                let image = self.subject.slice(*axis, *index, *window)?;
+                let mut head = head(0, "slice", "image/png", &image, ms(start));
+                head.name = Some(axis.to_string());
+                self.send(&head, &encode::png(&image)?);
+                Ok(())
+            }
             Asked::Cancel => {
                 if let Some(job) = &self.job {
                     job.cancel();
@@ -321,7 +366,7 @@ impl Studio {
         let start = Instant::now();
         let image = self.subject.draw(&camera)?;
         let mut head = head(0, "thumbnail", "image/png", &image, ms(start));
-        head.preset = Some(preset.to_owned());
+        head.name = Some(preset.to_owned());
         self.send(&head, &encode::png(&image)?);
         Ok(())
     }
@@ -341,7 +386,7 @@ fn head(
     PictureHead {
         id,
         kind,
-        preset: None,
+        name: None,
         format,
         width: image.width as u32,
         height: image.height as u32,

@@ -1,13 +1,14 @@
 //! Nothing found by hand is lost: the command that repeats a view, and files in the folder where this one was started.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail};
 use serde_json::{Value, json};
 
 use super::message::Job;
-use super::message::{Saved, View};
+use super::message::{Goal, Saved, View};
 use crate::args::Drawing;
+use crate::args::words::session::FORMAT;
 use crate::args::words::typed;
 use crate::cameras::viewpoint::Viewpoint;
 use crate::output;
@@ -18,6 +19,9 @@ use crate::view::options_text::Files;
 
 /// Most pictures of a turntable.
 const MOST_STEPS: usize = 1000;
+
+/// Most files of one name, whose numbers count up.
+const MOST_OF_A_NAME: usize = 10_000;
 
 /// The names of files in a command.
 const CAMERA: &str = "camera.json";
@@ -40,13 +44,14 @@ pub(crate) fn command(subject: &OpenedScene, view: &View) -> Result<String> {
     };
     let [width, height] = view.size;
     let size = format!("{width}x{height}");
+    let picture = subject.picture_name(PICTURE);
     let more = [
         subject.camera_option(),
         CAMERA,
         "--size",
         &size,
         "-o",
-        PICTURE,
+        &picture,
     ];
     let mut words = subject.line(view, &files)?;
     words.extend(more.map(str::to_owned));
@@ -66,13 +71,20 @@ pub(crate) enum Saving {
 /// Writes a file, or begins to where pictures have to be drawn for it. `shown` is the PNG of a view that is shown at rest.
 pub(crate) fn save(
     subject: &OpenedScene,
-    (what, name): (Saved, &str),
+    (what, name, to): (Saved, &str, Goal),
     (view, detail): (&View, &Value),
     shown: Option<&(View, Vec<u8>)>,
 ) -> Result<Saving> {
-    let path = free(name)?;
+    let path = match to {
+        Goal::Folder => free(&checked(name)?)?,
+        Goal::Page => subject.sent_file(&checked(name)?)?,
+    };
     match what {
-        Saved::Picture => return picture(subject, path, view, shown),
+        Saved::Picture => return picture(subject, (path, to), view, shown),
+        Saved::Session => {
+            let session = session(subject, view, detail)?;
+            output::write_text(&path, &format!("{session:#}\n"))?;
+        }
         Saved::Transfer => {
             let Some(transfer) = &view.transfer else {
                 bail!(
@@ -97,30 +109,69 @@ pub(crate) fn save(
         }
         Saved::Turntable => {
             let cameras = cameras(subject, view, detail)?;
-            return begin(subject, path, view, &Cameras::List(cameras));
+            return begin(subject, (path, to), view, &Cameras::List(cameras));
         }
         Saved::Film => {
             let keys = keys(subject, view, detail)?;
-            return begin(subject, path, view, &Cameras::Path(keys.to_string()));
+            return begin(subject, (path, to), view, &Cameras::Path(keys.to_string()));
         }
     }
     Ok(Saving::Written(path))
 }
 
-/// A name in the current folder that no file has.
-fn free(name: &str) -> Result<PathBuf> {
+/// A name that is no path.
+fn checked(name: &str) -> Result<PathBuf> {
     let is_plain = |c: char| c.is_alphanumeric() || "-_. ()%".contains(c);
     if name.is_empty() || name.len() > 100 || name.starts_with('.') || !name.chars().all(is_plain) {
         bail!("'{name}': expected a file name of letters, digits, - and _");
     }
-    let path = PathBuf::from(name);
-    output::check_new(&path)?;
-    Ok(path)
+    Ok(PathBuf::from(name))
+}
+
+/// The name, or the first of `name-2`, `name-3` and so on that no file in the current folder has.
+fn free(name: &Path) -> Result<PathBuf> {
+    let stem = name.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = name
+        .extension()
+        .map(|e| format!(".{}", e.to_string_lossy()));
+    let numbered = |number: usize| {
+        format!(
+            "{stem}-{number}{}",
+            extension.as_deref().unwrap_or_default()
+        )
+    };
+    let others = (2..MOST_OF_A_NAME).map(|number| PathBuf::from(numbered(number)));
+    let mut names = [name.to_owned()].into_iter().chain(others);
+    match names.find(|path| output::check_new(path).is_ok()) {
+        Some(path) => Ok(path),
+        None => bail!(
+            "{}: there are {MOST_OF_A_NAME} files of this name: choose another",
+            name.display()
+        ),
+    }
+}
+
+/// A file that a command takes with `--session`: the words that draw the view, and the state of the page.
+fn session(subject: &OpenedScene, view: &View, page: &Value) -> Result<Value> {
+    let (_, camera) = subject.camera(view)?;
+    let inline =
+        |content: &Option<Value>| content.as_ref().map(|text| PathBuf::from(text.to_string()));
+    let files = Files {
+        transfer: inline(&view.transfer),
+        labels: inline(&view.labels),
+    };
+    let mut words = subject.line(view, &files)?;
+    let [width, height] = view.size;
+    words.extend([
+        format!("{}={camera}", subject.camera_option()),
+        format!("--size={width}x{height}"),
+    ]);
+    Ok(json!({ "format": FORMAT, "words": words, "page": page }))
 }
 
 fn picture(
     subject: &OpenedScene,
-    path: PathBuf,
+    (path, to): (PathBuf, Goal),
     view: &View,
     shown: Option<&(View, Vec<u8>)>,
 ) -> Result<Saving> {
@@ -130,7 +181,7 @@ fn picture(
         return Ok(Saving::Written(path));
     }
     let (_, camera) = subject.camera(view)?;
-    begin(subject, path, view, &Cameras::List(camera))
+    begin(subject, (path, to), view, &Cameras::List(camera))
 }
 
 /// Where the cameras of a command come from: the text of a camera file, or of a file of keys.
@@ -173,7 +224,12 @@ fn camera(subject: &OpenedScene, view: &View, camera: &Value) -> Result<String> 
 }
 
 /// Begins the command that draws a view from other cameras.
-fn begin(subject: &OpenedScene, path: PathBuf, view: &View, cameras: &Cameras) -> Result<Saving> {
+fn begin(
+    subject: &OpenedScene,
+    (path, to): (PathBuf, Goal),
+    view: &View,
+    cameras: &Cameras,
+) -> Result<Saving> {
     let (Cameras::List(text) | Cameras::Path(text)) = cameras;
     let mut drawing = subject.whole(view)?;
     let named = Some(subject.own_file("cameras.json", text)?);
@@ -193,7 +249,7 @@ fn begin(subject: &OpenedScene, path: PathBuf, view: &View, cameras: &Cameras) -
     }
     set_size(&mut drawing, view);
     drawing.write_to_new(&path);
-    Ok(Saving::Begun(Job::begin(path, drawing)?))
+    Ok(Saving::Begun(Job::begin(path, to, drawing)?))
 }
 
 fn set_size(drawing: &mut Drawing, view: &View) {

@@ -7,7 +7,7 @@
 use std::path::Path;
 
 use resample_core::image::linear_from_srgb;
-use resample_io::files::read_small;
+use resample_io::files::read_json;
 
 use crate::Error;
 use crate::labels::{LabelLook, LabelTable};
@@ -19,7 +19,7 @@ impl LabelTable {
     /// Reads a table: a label file of ITK-SNAP, CSV (label, red, green, blue from 0 to 255, and opacity from 0 to 1 if
     /// wanted), or JSON (`{"1": "#ff8000", "2": {"colour": "#00ff00", "opacity": 0.3}}`); the content decides which.
     ///
-    /// An error names the file, its line or key, and the expected form.
+    /// JSON can also be typed in place of the name. An error names the file, its line or key, and the expected form.
     pub fn load(path: &Path) -> Result<Self, Error> {
         let read = |source| Error::Read {
             path: path.to_owned(),
@@ -29,7 +29,7 @@ impl LabelTable {
             path: path.to_owned(),
             what,
         };
-        let bytes = read_small(path, MAX_BYTES).map_err(read)?;
+        let bytes = read_json(path, MAX_BYTES).map_err(read)?;
         let text = String::from_utf8(bytes).map_err(|_| {
             invalid("this is no text: expected a label file of ITK-SNAP, CSV or JSON".into())
         })?;

@@ -328,6 +328,9 @@ pub struct ServeArgs {
     /// Port of the page [default: any that is free]
     #[arg(long, value_name = "N")]
     pub port: Option<u16>,
+    /// File of the address's token, made if it is not there: the same address works after a restart on the same --port
+    #[arg(long, value_name = "FILE")]
+    pub token_file: Option<PathBuf>,
     /// Address to listen at; any other than the default can be reached by other machines [default: 127.0.0.1]
     #[arg(long, value_name = "ADDRESS")]
     pub bind: Option<IpAddr>,
@@ -342,6 +345,7 @@ impl ServeArgs {
         Self {
             no_open: self.no_open || other.no_open,
             port: self.port.or(other.port),
+            token_file: self.token_file.or(other.token_file),
             bind: self.bind.or(other.bind),
             allow_host: [self.allow_host, other.allow_host].concat(),
         }

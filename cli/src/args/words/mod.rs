@@ -4,5 +4,6 @@
 //! words of one command, and `typed` records which options were typed.
 
 pub(crate) mod listed_slices;
+pub(crate) mod session;
 pub mod content;
 pub mod typed;

@@ -138,6 +138,14 @@ impl Content {
         }
     }
 
+    /// The volumes in memory.
+    pub(crate) fn volumes(&self) -> Result<Vec<&Volume>> {
+        match &self.data {
+            Data::Memory(volumes) => Ok(volumes.all().collect()),
+            Data::Stored(_) => bail!("a volume that stays in its file has no slices here"),
+        }
+    }
+
     /// The voxel of the first volume that is nearest to a place in the world, and its value; `None` outside of the grid, and
     /// of a volume in its file.
     pub(crate) fn nearest(&self, pos_in_world: DVec3) -> Option<([usize; 3], f64)> {

@@ -65,19 +65,11 @@ pub(crate) struct OpenVolume {
 impl OpenVolume {
     /// Checks the arguments, reads the volume, and classifies it.
     pub(crate) fn read(args: VolsplatArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
-        let mut steps = TimeSteps::of(&args)?;
+        let steps = TimeSteps::of(&args)?;
         let plan = Plan::new(&request(&args, steps.as_ref()))?;
         let mut args = args;
         if let Some(several) = &steps {
             args = several.args_of(0, &args);
-        }
-        if purpose == Purpose::Change
-            && let Some(several) = steps.take()
-        {
-            report::say(&format!(
-                "note: the first of {} steps is shown",
-                several.inputs.len()
-            ));
         }
         let typed = look::typed_options(&args, plan.finish.format)?;
         output::layers(
@@ -87,7 +79,7 @@ impl OpenVolume {
         let mut open = loaded(args, &typed, (plan, purpose, steps), verbosity.progress())?;
         open.cameras = cameras(&mut open)?;
         if purpose != Purpose::Draw {
-            open.check_still()?;
+            open.check_still(purpose)?;
         }
         Ok(open)
     }
@@ -158,14 +150,36 @@ impl OpenVolume {
         }
     }
 
+    /// The number of steps of a volume over time, or 1.
+    pub(crate) fn steps(&self) -> usize {
+        self.steps.as_ref().map_or(1, |steps| steps.inputs.len())
+    }
+
+    /// The names of the steps of a volume over time.
+    pub(crate) fn step_names(&self) -> Vec<String> {
+        let inputs = self.steps.iter().flat_map(|steps| &steps.inputs);
+        inputs.map(InputFile::name).collect()
+    }
+
+    /// The file of a step.
+    pub(crate) fn step_input(&self, step: usize) -> InputFile {
+        let input = self.steps.as_ref().and_then(|steps| steps.inputs.get(step));
+        input.unwrap_or(&self.args.input).clone()
+    }
+
+    /// The volumes in memory, with those laid over the first.
+    pub(crate) fn volumes(&self) -> Result<Vec<&volsplat::Volume>> {
+        self.content.volumes()
+    }
+
     /// Returns true if the trilinear field is drawn, and not samples.
     fn is_field(&self) -> bool {
         matches!(self.content.look.options.order, Order::Field(_))
     }
 
     /// Refuses what changes from picture to picture beside the camera.
-    fn check_still(&self) -> Result<()> {
-        if self.steps.is_some() {
+    fn check_still(&self, purpose: Purpose) -> Result<()> {
+        if self.steps.is_some() && purpose != Purpose::Change {
             bail!(
                 "the steps of a volume over time change from picture to picture: choose settings for one of them"
             );

@@ -4,13 +4,21 @@
 //! nothing is answered. Host and Origin must name this machine, so that a page of somebody else's, in the same browser,
 //! reaches nothing even if it learns the port.
 
-use std::io::{ErrorKind, Read};
+use std::fs::OpenOptions;
+use std::io::{ErrorKind, Read, Write};
 use std::net::{IpAddr, Ipv6Addr};
+use std::path::Path;
 
 use anyhow::{Context, Result, bail};
+use resample_io::files;
+
+use crate::output;
 
 /// Longest head of a request, bytes. Browsers send less than 2 kB.
 const MAX_HEAD_BYTES: usize = 16 << 10;
+
+/// Random bytes of a token.
+const TOKEN_BYTES: usize = 16;
 
 /// Most lines of a head.
 const MAX_HEADERS: usize = 100;
@@ -100,12 +108,19 @@ impl Head {
 }
 
 impl Door {
-    /// A door with a token that nobody can guess.
-    pub(crate) fn new(hosts: Vec<String>) -> Result<Self> {
-        let mut key = [0u8; 16];
-        getrandom::fill(&mut key)
-            .map_err(|error| anyhow::anyhow!("no random numbers for the address: {error}"))?;
-        let token = key.iter().map(|byte| format!("{byte:02x}")).collect();
+    /// A door with a token that nobody can guess, or with that of a file, which is made if it is not there.
+    pub(crate) fn new(hosts: Vec<String>, file: Option<&Path>) -> Result<Self> {
+        let token = match file {
+            Some(path) if path.exists() => kept_token(path)?,
+            Some(path) => {
+                let token = new_token()?;
+                output::check_writable(path)?;
+                keep_token(path, &token)
+                    .with_context(|| format!("{}: cannot write", path.display()))?;
+                token
+            }
+            None => new_token()?,
+        };
         Ok(Self { token, hosts })
     }
 
@@ -150,6 +165,37 @@ impl Door {
             Err(Refusal::Forbidden)
         }
     }
+}
+
+fn new_token() -> Result<String> {
+    let mut key = [0u8; TOKEN_BYTES];
+    getrandom::fill(&mut key)
+        .map_err(|error| anyhow::anyhow!("no random numbers for the address: {error}"))?;
+    Ok(key.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// Writes a token where only its owner can read it.
+fn keep_token(path: &Path, token: &str) -> std::io::Result<()> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    writeln!(options.open(path)?, "{token}")
+}
+
+/// The token of a file.
+fn kept_token(path: &Path) -> Result<String> {
+    let text = files::read_small(path, 1 << 10).with_context(|| path.display().to_string())?;
+    let token = String::from_utf8_lossy(&text).trim().to_owned();
+    let is_token = token.len() == 2 * TOKEN_BYTES && token.bytes().all(|c| c.is_ascii_hexdigit());
+    if !is_token {
+        bail!(
+            "{}: expected {} hexadecimal digits, as --token-file writes them: remove the file, or name another",
+            path.display(),
+            2 * TOKEN_BYTES
+        );
+    }
+    Ok(token)
 }
 
 /// The host of an origin, with its port: `scheme://host[:port]` of a page that came by HTTP.

@@ -43,13 +43,21 @@ impl Server {
         Ok(Self {
             address: listener.local_addr()?,
             listener,
-            door: Door::new(hosts)?,
+            door: Door::new(hosts, args.token_file.as_deref())?,
         })
     }
 
     /// The address of the page.
     pub(crate) fn address(&self) -> String {
         format!("http://{}/{}/", self.address, self.door.token)
+    }
+
+    /// The command that brings the page to another machine.
+    pub(crate) fn tunnel(&self) -> String {
+        let port = self.address.port();
+        format!(
+            "from another machine: ssh -L {port}:127.0.0.1:{port} THIS_MACHINE, then open the address there"
+        )
     }
 
     /// Listens from now on, on threads of its own. Requests of the page arrive in the mailbox.
@@ -127,14 +135,18 @@ const HTML: &str = include_str!("page/index.html");
 const STYLE: &str = include_str!("page/style.css");
 
 /// The parts of the program, in the order in which they need one another.
-const PROGRAM: [&str; 8] = [
+const PROGRAM: [&str; 12] = [
     include_str!("page/state.js"),
+    include_str!("page/past.js"),
     include_str!("page/camera.js"),
     include_str!("page/connection.js"),
     include_str!("page/canvas.js"),
+    include_str!("page/over.js"),
+    include_str!("page/slices.js"),
     include_str!("page/transfer.js"),
     include_str!("page/colours.js"),
     include_str!("page/panel.js"),
+    include_str!("page/saving.js"),
     include_str!("page/main.js"),
 ];
 

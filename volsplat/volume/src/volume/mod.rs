@@ -7,9 +7,11 @@ mod voxels;
 mod voxel_type;
 pub mod histogram;
 pub mod procedural;
+mod slices;
 mod steps;
 
 pub use histogram::Histogram;
+pub use slices::Slice;
 pub use steps::Steps;
 pub use voxel_type::{Endian, VoxelType};
 pub use voxels::{Grid, Lattice, Modality, NanPolicy, Volume, Voxels, scalar, with_voxels};

@@ -50,13 +50,28 @@ function pan(dx, dy, side) {
   state.camera = { ...state.camera, position: add(state.camera.position, shift), target: add(state.camera.target, shift) };
 }
 
-function zoom(factor) {
+// Nearer to the target than this part of the scene, the target gives way. A guess.
+const NEAREST = 0.01;
+
+// Zooms towards a place of the picture: `at` is its distance from the middle, in heights of the picture, to the right and down.
+function zoom(factor, at = [0, 0]) {
+  const { right, up, distance } = axes(state.camera);
+  const high = heightAtTarget(state.camera);
+  const pointed = add(state.camera.target, add(mul(right, at[0] * high), mul(up, -at[1] * high)));
+  const { position, target } = state.camera;
   if (state.camera.projection === "orthographic") {
-    state.camera = { ...state.camera, height: state.camera.height * factor };
+    const shift = mul(sub(pointed, target), 1 - factor);
+    state.camera = { ...state.camera, position: add(position, shift), target: add(target, shift), height: state.camera.height * factor };
     return;
   }
-  const offset = mul(sub(state.camera.position, state.camera.target), factor);
-  state.camera = { ...state.camera, position: add(state.camera.target, offset) };
+  const least = NEAREST * state.scene.start.scene_size;
+  if (factor < 1 && distance * factor < least) {
+    const shift = mul(unit(sub(pointed, position)), least * (1 - factor));
+    state.camera = { ...state.camera, position: add(position, shift), target: add(target, shift) };
+    return;
+  }
+  const towards = (place_) => add(pointed, mul(sub(place_, pointed), factor));
+  state.camera = { ...state.camera, position: towards(position), target: towards(target) };
 }
 
 // The view along a world axis, from its positive or negative end.
@@ -91,4 +106,8 @@ function around(steps) {
     const angle = (2 * Math.PI * step) / steps;
     return { ...state.camera, position: add(state.camera.target, turned(offset, up, angle)) };
   });
+}
+
+function resetView() {
+  state.camera = { ...state.start };
 }

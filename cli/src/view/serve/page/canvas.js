@@ -54,6 +54,8 @@ function changed({ panel = false, moving = true } = {}) {
   } else {
     send({ type: "draw", id: nextId++, motion: "resting", ...view(size) });
     askThumbnails();
+    if (state.slices) askSlices([0, 1, 2]);
+    keepAddress();
   }
   drawMarks();
   refreshButtons();
@@ -72,6 +74,7 @@ function show(bitmap, head, blob) {
   const now = performance.now();
   document.body.dataset.shown = head.id;
   document.body.dataset.kind = head.kind + (head.is_last ? " last" : "");
+  if (playing) requestAnimationFrame(nextStep);
   if (head.kind === "moving") {
     frames.push(now);
     while (frames.length > 1 && now - frames[0] > 1000) frames.shift();
@@ -119,6 +122,9 @@ function drawMarks() {
     context.fillText(names[arrow.axis], centre[0] + 35 * arrow.x, centre[1] + 35 * arrow.y);
   }
   scaleBar(context, box);
+  drawHandles(context);
+  drawMeeting(context);
+  drawMeasures(context);
 }
 
 // What the middle of the picture shows decides where the bar is true; null as long as that is not known.
@@ -180,10 +186,27 @@ function pinch() {
   return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, apart: Math.max(1, Math.hypot(a.x - b.x, a.y - b.y)) };
 }
 
+// The distance of a place of the page from the middle of the picture, in heights of the picture.
+function fromMiddle({ x, y }) {
+  const box = canvas.getBoundingClientRect();
+  return [(x - box.left - box.width / 2) / box.height, (y - box.top - box.height / 2) / box.height];
+}
+
+// The motion that a press begins: a handle, the window of values, panning or turning.
+function dragOf(event) {
+  const box = canvas.getBoundingClientRect();
+  const handle = event.button === 0 ? handleAt(event.clientX - box.left, event.clientY - box.top) : null;
+  if (handle) return { kind: "handle", handle };
+  if (event.button === 2 && state.scene?.volume?.function) return { kind: "window", window: windowOfCurve() };
+  return { kind: event.shiftKey || event.button > 0 ? "pan" : "turn" };
+}
+
+canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+
 canvas.addEventListener("pointerdown", (event) => {
   canvas.setPointerCapture(event.pointerId);
   held.set(event.pointerId, { x: event.clientX, y: event.clientY });
-  drag = { x: event.clientX, y: event.clientY, pans: event.shiftKey || event.button === 1 };
+  drag = { ...dragOf(event), x: event.clientX, y: event.clientY, from: { x: event.clientX, y: event.clientY }, isMoved: false };
   canvas.classList.add("turning");
 });
 
@@ -192,20 +215,31 @@ canvas.addEventListener("pointermove", (event) => {
   if (!held.has(event.pointerId)) return;
   const before = held.size === 2 ? pinch() : null;
   held.set(event.pointerId, { x: event.clientX, y: event.clientY });
+  const [dx, dy] = [event.clientX - drag.x, event.clientY - drag.y];
+  if (dx === 0 && dy === 0 && !before) return;
+  if (!drag.isMoved) remember();
+  drag.isMoved = true;
   if (before) return pinched(before, pinch());
   if (held.size > 2) return;
-  const [dx, dy] = [event.clientX - drag.x, event.clientY - drag.y];
-  if (dx === 0 && dy === 0) return;
   Object.assign(drag, { x: event.clientX, y: event.clientY });
   const box = canvas.getBoundingClientRect();
-  if (drag.pans) pan(dx, dy, box.height);
+  if (drag.kind === "handle") dragHandle(drag.handle, dx, dy);
+  else if (drag.kind === "window") dragWindow(event.clientX - drag.from.x, event.clientY - drag.from.y);
+  else if (drag.kind === "pan") pan(dx, dy, box.height);
   else turn(dx, dy, Math.min(box.width, box.height));
   soon();
 });
 
+function dragWindow(dx, dy) {
+  const [low, high] = dragged(drag.window, dx, dy);
+  setWindow((low + high) / 2, high - low);
+  drawCurve();
+  note(`window ${short4(low)} to ${short4(high)}`);
+}
+
 // Two fingers zoom by their distance and pan by their middle.
 function pinched(before, now) {
-  zoom(before.apart / now.apart);
+  zoom(before.apart / now.apart, fromMiddle(now));
   pan(now.x - before.x, now.y - before.y, canvas.getBoundingClientRect().height);
   soon();
 }
@@ -213,22 +247,31 @@ function pinched(before, now) {
 for (const name of ["pointerup", "pointercancel"]) {
   canvas.addEventListener(name, (event) => {
     held.delete(event.pointerId);
+    const last = drag;
     const [rest] = held.values();
     // The finger that stays goes on from where it is.
     drag = rest ? { ...drag, ...rest } : null;
     canvas.classList.toggle("turning", Boolean(drag));
+    if (name === "pointerup" && last && !last.isMoved && last.kind === "turn") clicked(event);
+    if (!drag && last?.kind === "window") buildPanel();
   });
+}
+
+// A click chooses a point of a measure, or the voxel of the slices.
+function clicked(event) {
+  if (wanted.points) askProbe(event, "measure");
+  else if (state.slices) askProbe(event, "slices");
 }
 
 canvas.addEventListener("wheel", (event) => {
   event.preventDefault();
-  zoom(Math.exp(Math.max(-200, Math.min(200, event.deltaY)) * 0.0015));
+  rememberSteps();
+  zoom(Math.exp(Math.max(-200, Math.min(200, event.deltaY)) * 0.0015), fromMiddle({ x: event.clientX, y: event.clientY }));
   soon();
 }, { passive: false });
 
 canvas.addEventListener("dblclick", (event) => {
-  waiting.centre = true;
-  askProbe(event);
+  if (!wanted.points) askProbe(event, "centre");
 });
 
 // One request for each frame of the screen is enough.
@@ -247,24 +290,44 @@ function hover(event) {
   probeTimer = setTimeout(() => askProbe(event), 120);
 }
 
-function askProbe(event) {
+function askProbe(event, purpose = null) {
   if (!state.scene) return;
   const box = canvas.getBoundingClientRect();
   const size = fullSize();
   const at = [((event.clientX - box.left) / box.width) * size[0], ((event.clientY - box.top) / box.height) * size[1]];
-  send({ type: "probe", at, ...view(size) });
+  send({ type: "probe", at, purpose, ...view(size) });
 }
 
-function probed(found) {
-  const line = document.getElementById("probe");
-  if (waiting.centre && found) {
+function probeArrived(purpose, found) {
+  if (purpose === "scale") return scaleFound(found);
+  if (purpose === "measure") return picked(found);
+  if (purpose === "slices") return found?.voxel && slicesAt(found.voxel);
+  if (purpose === "centre" && found) {
+    remember();
     centreOn(found.world);
     changed();
   }
-  waiting.centre = false;
+  const line = document.getElementById("probe");
   const short = (x) => Number(x.toPrecision(5)).toString();
   const value = found?.voxel ? `${short(found.value)} at voxel ${found.voxel.join(", ")}; ` : "";
   line.textContent = found ? value + found.world.map(short).join(", ") : "";
+}
+
+// Pixels that a stroke of an arrow key turns or pans by.
+const STROKE_PX = 20;
+
+// Arrows turn and, with shift, pan; plus and minus zoom.
+function strokes(event) {
+  const arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+  const box = canvas.getBoundingClientRect();
+  const zoomed = { "+": 0.9, "=": 0.9, "-": 1 / 0.9 }[event.key];
+  if (!arrow && !zoomed) return false;
+  rememberSteps();
+  if (zoomed) zoom(zoomed);
+  else if (event.shiftKey) pan(...mul(arrow, STROKE_PX), box.height);
+  else turn(...mul(arrow, STROKE_PX), Math.min(box.width, box.height));
+  event.preventDefault();
+  return true;
 }
 
 window.addEventListener("keydown", (event) => {
@@ -273,15 +336,17 @@ window.addEventListener("keydown", (event) => {
   const types = event.target.matches("input:not([type=range]), textarea");
   const chooses = event.target.matches("select");
   if (event.key === "Escape" && !dialog.open) return cancel();
-  if (event.key === "z" && (event.ctrlKey || event.metaKey) && !types) {
+  const isRedo = event.key.toLowerCase() === "y" || (event.key.toLowerCase() === "z" && event.shiftKey);
+  if ((isRedo || event.key === "z") && (event.ctrlKey || event.metaKey) && !types) {
     event.preventDefault();
-    return undo();
+    return isRedo ? redo() : undo();
   }
   if (types || chooses || event.ctrlKey || event.metaKey || event.altKey) return;
   const axis = { 1: [0, 1], 2: [0, -1], 3: [1, 1], 4: [1, -1], 5: [2, 1], 6: [2, -1] }[event.key];
+  if (axis || event.key === "r") remember();
   if (axis) lookAlong(...axis);
-  else if (event.key === "r") state.camera = { ...state.start };
-  else return;
+  else if (event.key === "r") resetView();
+  else if (event.target !== canvas || !strokes(event)) return;
   changed();
 });
 

@@ -4,13 +4,7 @@ document.body.addEventListener("dragover", (event) => event.preventDefault());
 document.body.addEventListener("drop", async (event) => {
   event.preventDefault();
   const file = event.dataTransfer.files[0];
-  if (!file || !state.scene?.volume?.function) return;
-  try {
-    await dropped(file);
-    changed({ panel: true });
-  } catch (error) {
-    say(`${file.name}: no transfer function of ParaView: ${error.message}`, true);
-  }
+  if (file && state.scene) await opened(file);
 });
 
 // A picture that cannot be seen need not be drawn; one that comes back is drawn anew.

@@ -43,6 +43,7 @@ function slider(name, { min, max, step, value, text = (x) => x, act }) {
   const shown = make("output", {}, text(value));
   const input = make("input", { type: "range", min, max, step: step ?? "any", value });
   input.addEventListener("pointerdown", remember);
+  input.addEventListener("keydown", rememberSteps);
   input.addEventListener("input", () => {
     shown.textContent = text(Number(input.value));
     act(Number(input.value));
@@ -54,11 +55,18 @@ function slider(name, { min, max, step, value, text = (x) => x, act }) {
 const short = (x) => Number(Number(x).toPrecision(3)).toString();
 
 function sceneArrived(scene) {
+  readingSince = null;
+  const isFirst = state.scene?.title !== scene.title;
   state.scene = scene;
   document.title = `${scene.title} - resample view`;
   const { size, scene_size, ...camera } = scene.start;
   state.start = camera;
+  const stored = isFirst ? stateOfAddress(scene.title) ?? scene.session : null;
+  if (isFirst && state.camera) state.camera = null;
   state.camera ??= { ...camera };
+  state.step = Math.min(state.step, Math.max(0, (scene.volume?.steps.length ?? 1) - 1));
+  if (stored) return takeState(stored);
+  showSlices();
   buildPanel();
   changed();
 }
@@ -76,6 +84,7 @@ function buildPanel() {
   panel.scrollTop = scroll;
   refreshButtons();
   drawCurve();
+  if (document.getElementById("point")) showPoint();
   showTimes();
 }
 
@@ -83,6 +92,7 @@ function buildPanel() {
 function refreshButtons() {
   const enable = (id, is) => document.getElementById(id)?.toggleAttribute("disabled", !is);
   enable("undo", past.length > 0);
+  enable("redo", future.length > 0);
   enable("keep-curve", Boolean(state.curve));
 }
 
@@ -94,24 +104,29 @@ function about() {
 
 function volumePanel() {
   const { volume } = state.scene;
-  const parts = [];
+  const parts = stepRows();
   if (volume.function) {
     const plot = make("canvas", { id: "curve", title: "Drag a point; click to add one, double-click to remove it; shift-drag moves all" });
     watchCurve(plot);
-    const all = curve().colours.map((knot) => knot[0]);
-    const [low, high] = [all[0], all.at(-1)];
+    const [low, high] = windowOfCurve();
     const [least, most] = volume.range;
     parts.push(
       make("h2", {}, "Transfer function"),
       plot,
       make("canvas", { id: "bar" }),
+      make("div", { id: "point" }),
+      make("div", { className: "row" }, make("label", { htmlFor: "is-log" }, "logarithm"),
+        make("input", { id: "is-log", type: "checkbox", checked: state.plot.isLog, onchange: (event) => { state.plot.isLog = event.target.checked; drawCurve(); } }),
+        button("zoom", () => { state.plot.range = windowOfCurve(); drawCurve(); }, { title: "Shows the window of the colours; the wheel zooms, too" }),
+        button("all", () => { state.plot.range = null; drawCurve(); }, { title: "Shows all values" })),
       slider("level", { min: least, max: most, value: (low + high) / 2, text: short, act: (level) => setLevel(level) }),
       slider("width", { min: (most - least) / 500, max: 2 * (most - least), value: high - low || 1, text: short, act: (width) => setWidth(width) }),
       slider("opacity", { min: -2, max: 2, value: Math.log10(option("opacity-scale") ?? state.scene.options["opacity-scale"] ?? 1),
         text: (x) => short(10 ** x), act: (x) => setOption("opacity-scale", short(10 ** x)) }),
       make("div", { className: "buttons" },
-        button("undo", undo, { id: "undo" }),
-        button("as started", () => { remember(); state.curve = null; state.changes = {}; changed({ panel: true }); })),
+        button("as started", () => { remember(); state.curve = null; state.changes = {}; changed({ panel: true }); }),
+        button("open...", openFile, { title: "A file of ParaView or Slicer, or a session; files can be dropped on the page, too" })),
+      ...lookRows(),
     );
     if (volume.presets.length) parts.push(make("h2", {}, "Presets"), presets());
     parts.push(make("details", {}, make("summary", {}, "Colour maps"), maps()));
@@ -131,24 +146,38 @@ function volumePanel() {
     parts.push(slider("surface at", { min: least, max: most, value: now, text: short, act: (x) => setOption("iso", short(x)) }));
   }
   parts.push(make("details", { open: Boolean(option("clip-plane")) }, make("summary", {}, "Cut"), ...cutSlider()));
-  parts.push(make("details", { open: Boolean(option("crop")) }, make("summary", {}, "Crop box"), ...cropSliders()));
+  const crop = make("details", { open: Boolean(option("crop")) || showsCrop }, make("summary", {}, "Crop box"),
+    make("p", { className: "note" }, "Drag the handles on the picture."), ...cropSliders());
+  crop.addEventListener("toggle", () => { showsCrop = crop.open; drawMarks(); });
+  parts.push(crop);
+  if (volume.has_slices) parts.push(make("div", { className: "buttons" }, button(state.slices ? "hide slices" : "slices", toggleSlices, { id: "show-slices" })));
   return parts;
 }
 
 function setLevel(level) {
-  const all = curve().colours.map((knot) => knot[0]);
-  const before = past.length;
-  setWindow(level, all.at(-1) - all[0] || 1);
-  past.length = Math.max(1, before);
+  const [low, high] = windowOfCurve();
+  setWindow(level, high - low || 1);
   drawCurve();
 }
 
 function setWidth(width) {
-  const all = curve().colours.map((knot) => knot[0]);
-  const before = past.length;
-  setWindow((all[0] + all.at(-1)) / 2, width);
-  past.length = Math.max(1, before);
+  const [low, high] = windowOfCurve();
+  setWindow((low + high) / 2, width);
   drawCurve();
+}
+
+// Looks that were kept under a name.
+function lookRows() {
+  const name = make("input", { type: "text", placeholder: "name of this look", ariaLabel: "name of this look", maxLength: 40 });
+  const keep = () => {
+    if (!name.value) return;
+    keepLook(name.value);
+    changed({ panel: true, moving: false });
+  };
+  const rows = Object.keys(allLooks()).map((known) => make("div", { className: "row" },
+    button(known, () => useLook(known)),
+    button("\u00d7", () => { forgetLook(known); changed({ panel: true, moving: false }); }, { title: "Forget", ariaLabel: `forget ${known}` })));
+  return [...rows, make("div", { className: "row" }, name, button("keep look", keep))];
 }
 
 // The direction towards the light, around the camera of the start.
@@ -190,18 +219,11 @@ function blockedLight() {
 
 function cropSliders() {
   const [low, high] = state.scene.volume.corners;
-  const typed = option("crop")?.split(",").map(Number);
-  const box = typed?.length === 6 ? typed : [...low, ...high];
+  const box = cropBox();
   const names = ["x from", "y from", "z from", "x to", "y to", "z to"];
   return names.map((name, i) => slider(name, {
     min: low[i % 3], max: high[i % 3], value: box[i], text: short,
-    act: (x) => {
-      box[i] = x;
-      const isWhole = box.every((side, j) => side === (j < 3 ? low[j] : high[j - 3]));
-      const isBox = [0, 1, 2].every((j) => box[j] < box[j + 3]);
-      if (isWhole) setOption("crop");
-      else if (isBox) setOption("crop", box.map((side) => Number(side.toPrecision(6))).join(","));
-    },
+    act: (x) => setCrop(cropBox().with(i, x)),
   }));
 }
 
@@ -258,10 +280,10 @@ function thumbnailFailed(name) {
 }
 
 function thumbnailArrived(head, blob) {
-  waiting.pictures[head.preset] = URL.createObjectURL(blob);
+  waiting.pictures[head.name] = URL.createObjectURL(blob);
   // The button itself stays: it may be held down at this moment.
-  const place = panel.querySelector(`.presets [data-name="${head.preset}"] .empty`);
-  place?.replaceWith(make("img", { src: waiting.pictures[head.preset], alt: "" }));
+  const place = panel.querySelector(`.presets [data-name="${head.name}"] .empty`);
+  place?.replaceWith(make("img", { src: waiting.pictures[head.name], alt: "" }));
   askThumbnails();
 }
 
@@ -342,20 +364,26 @@ function sharedPanel() {
     row("at rest", exactness),
     make("p", { className: "note", id: "times" }),
     make("div", { className: "buttons" },
-      button("reset view", () => { state.camera = { ...state.start }; changed(); }, { title: "Key r; keys 1 to 6 look along the axes" }),
+      button("undo", undo, { id: "undo", title: "Ctrl-Z" }),
+      button("redo", redo, { id: "redo", title: "Ctrl-Y" }),
+      button("reset view", () => { remember(); resetView(); changed(); }, { title: "Key r; keys 1 to 6 look along the axes" }),
       ...(state.scene.application === "warp3d" ? [] : ["+x", "-x", "+y", "-y", "+z", "-z"]).map((text, i) =>
-        button(text, () => { lookAlong(i >> 1, i % 2 ? -1 : 1); changed(); }, { title: `Key ${i + 1}` }))),
+        button(text, () => { remember(); lookAlong(i >> 1, i % 2 ? -1 : 1); changed(); }, { title: `Key ${i + 1}` }))),
     make("h2", {}, "Keep it"),
     make("div", { className: "buttons" },
       button("copy command", () => send({ type: "command", ...view(fullSize()) })),
       button("picture", () => ask("picture", "view.png", { sized: true })),
       button("transfer function", () => ask("transfer", "transfer.json"), { id: "keep-curve" }),
       button("camera", () => ask("camera", "camera.json")),
+      button("session", () => ask("session", "session.json"), { title: "All of this page, for resample view --session" }),
+      ...(state.scene.volume?.function ? [] : [button("open...", openFile, { title: "A session" })]),
       button("turntable", () => ask("turntable", "turntable.webp", { sized: true, steps: true }), { disabled: state.scene.application === "warp3d" })),
+    make("h2", {}, "Measure"),
+    ...measureRows(),
     make("h2", {}, "Key frames"),
     keyList(),
     make("div", { className: "buttons" },
-      button("add view", () => { state.keys.push({ ...state.camera }); changed({ panel: true, moving: false }); }),
+      button("add view", () => { remember(); state.keys = [...state.keys, { ...state.camera }]; changed({ panel: true, moving: false }); }),
       button("play", play, { disabled: state.keys.length < 2 }),
       button("save path", () => ask("path", "path.json"), { disabled: state.keys.length < 2 }),
       button("render", () => ask("film", "path.webp", { sized: true }), { disabled: state.keys.length < 2 })),
@@ -364,8 +392,8 @@ function sharedPanel() {
 
 function keyList() {
   return make("ol", {}, ...state.keys.map((key, i) => make("li", {}, `at ${2 * i} s`,
-    button("show", () => { state.camera = { ...key }; changed(); }),
-    button("\u00d7", () => { state.keys.splice(i, 1); changed({ panel: true, moving: false }); }, { title: "Remove" }))));
+    button("show", () => { remember(); state.camera = { ...key }; changed(); }),
+    button("\u00d7", () => { remember(); state.keys = state.keys.filter((_, j) => j !== i); changed({ panel: true, moving: false }); }, { title: "Remove" }))));
 }
 
 // Goes through the key frames, two seconds from each to the next.
@@ -393,68 +421,4 @@ function play() {
 function showTimes() {
   const line = document.getElementById("times");
   if (line) line.textContent = Object.entries(times).map(([name, ms]) => `${name} ${ms.toFixed(0)} ms`).join(", ");
-}
-
-// A file that is being written, and the button that cancels it.
-const task = document.getElementById("task");
-
-function saving({ path, done, total }) {
-  task.replaceChildren(
-    make("span", {}, total > 1 ? `writing ${path}: ${done} of ${total}` : `writing ${path}...`),
-    button("cancel", cancel, { title: "Key Esc" }));
-}
-
-function saved(text, isBad = false) {
-  task.replaceChildren();
-  if (isBad) say(text, true);
-  else note(text);
-}
-
-// Ends the picture that is being refined, and the file that is being written.
-function cancel() {
-  send({ type: "cancel" });
-  say("cancelled");
-}
-
-function progressed({ id, share }) {
-  if (id === nextId - 1) say(`refining: ${Math.round(100 * share)}% (Esc cancels)`);
-}
-
-function close() {
-  dialog.close();
-}
-
-function showCommand(text) {
-  const pre = make("pre", {}, text);
-  dialog.replaceChildren(make("p", {}, "This draws the picture again, byte for byte:"), pre,
-    make("div", { className: "buttons" },
-      button("copy", async () => { await navigator.clipboard.writeText(text); close(); say("copied"); }), button("close", close)));
-  dialog.showModal();
-}
-
-// Asks for a name, and before the first file whether files may be written at all.
-function ask(what, name, { sized = false, steps = false } = {}) {
-  const size = fullSize();
-  const file = make("input", { type: "text", value: name });
-  const width = make("input", { type: "number", min: 1, value: size[0] });
-  const height = make("input", { type: "number", min: 1, value: size[1] });
-  const count = make("input", { type: "number", min: 2, max: 1000, value: 60 });
-  const save = () => {
-    const sides = sized ? [Number(width.value), Number(height.value)] : size;
-    const detail = steps ? around(Number(count.value)) : ["path", "film"].includes(what) ? pathFile() : null;
-    send({ type: "save", what, name: file.value, detail, ...view(sides) });
-    close();
-    say(`saving ${file.value}...`);
-  };
-  dialog.replaceChildren(
-    make("p", {}, "A file is written into the folder where the command was started."),
-    row("name", file),
-    ...(sized ? [row("size", width, height)] : []),
-    ...(steps ? [row("pictures", count)] : []),
-    make("div", { className: "buttons" }, button("save", save), button("cancel", close)));
-  dialog.showModal();
-}
-
-function pathFile() {
-  return { keys: state.keys.map((camera, i) => ({ time: 2 * i, camera })) };
 }

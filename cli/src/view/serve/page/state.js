@@ -10,22 +10,14 @@ const state = {
   channels: null,     // [{ number, look, window, gamma, opacity, isOn }] of all channels once one was edited, else null
   exactness: "default",
   keys: [],           // key frames: cameras
+  light: null,        // the direction of the light: degrees around and above the camera of the start
+  step: 0,            // of a volume over time
+  measures: [],       // lists of two or three places in the world
+  slices: null,       // { at: [i, j, k], window: [low, high] } while they are shown
+  looks: {},          // { curve, changes } by name
+  plot: { isLog: true, range: null }, // how the histogram is drawn, and the values that it shows; null is all
+  point: 0,           // the point of the transfer function that is edited
 };
-
-// Earlier states of options and transfer function, for undo.
-const past = [];
-
-function remember() {
-  past.push(JSON.stringify({ changes: state.changes, curve: state.curve, labels: state.labels, channels: state.channels }));
-  if (past.length > 100) past.shift();
-}
-
-function undo() {
-  const before = past.pop();
-  if (!before) return;
-  Object.assign(state, JSON.parse(before));
-  changed({ panel: true });
-}
 
 // The transfer function in the form of ParaView.
 function transferFile() {
@@ -41,7 +33,7 @@ function changes() {
 
 // The part of a request that says what is drawn.
 function view(size) {
-  return { camera: state.camera, size, changes: changes(), transfer: transferFile(), labels: state.labels, exactness: state.exactness };
+  return { camera: state.camera, size, changes: changes(), transfer: transferFile(), labels: state.labels, exactness: state.exactness, step: state.step };
 }
 
 function setOption(name, ...words) {

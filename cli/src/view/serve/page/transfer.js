@@ -1,11 +1,15 @@
 // The transfer function: a histogram with opacity points to drag, and colours.
 
-// Counts are drawn on a logarithmic scale.
+// Counts, 0 to 1 of the greatest, on a logarithmic scale or not.
 function bars() {
+  const height = state.plot.isLog ? Math.log1p : (count) => count;
   const counts = state.scene.volume.bars;
-  const most = Math.log1p(Math.max(...counts));
-  return counts.map((count) => Math.log1p(count) / (most || 1));
+  const most = height(Math.max(...counts));
+  return counts.map((count) => height(count) / (most || 1));
 }
+
+// The values that the plot shows.
+const plotRange = () => state.plot.range ?? state.scene.volume.range;
 
 // A preset, a colour map or a window has made another function.
 function functionArrived(known) {
@@ -30,13 +34,12 @@ function suggested(name) {
 
 // Makes the function the page's own, so that it can be edited.
 function ownCurve() {
-  remember();
   const { opacities, colours } = structuredClone(curve());
   // What went with the look stays when the look becomes the page's own.
   for (const name of option("iso") === null ? ["shade", "blend"] : []) {
     if (option(name) === null && suggested(name)) setOption(name, suggested(name));
   }
-  state.curve = { opacities: spread(opacities), colours };
+  state.curve = { opacities, colours };
   // Only one of them says how values become colours.
   for (const name of ["preset", "window", "colormap"]) setOption(name);
   return state.curve;
@@ -52,8 +55,8 @@ function spread(opacities) {
 }
 
 const place = {
-  x: (value) => (value - state.scene.volume.range[0]) / (state.scene.volume.range[1] - state.scene.volume.range[0] || 1),
-  value: (x) => state.scene.volume.range[0] + x * (state.scene.volume.range[1] - state.scene.volume.range[0]),
+  x: (value) => (value - plotRange()[0]) / (plotRange()[1] - plotRange()[0] || 1),
+  value: (x) => plotRange()[0] + x * (plotRange()[1] - plotRange()[0]),
   // Small opacities matter most: their square root is drawn.
   y: (opacity) => Math.sqrt(opacity),
   opacity: (y) => Math.min(1, Math.max(0, y)) ** 2,
@@ -81,10 +84,13 @@ function drawCurve() {
   const context = plot.getContext("2d");
   context.scale(ratio, ratio);
   const heights = bars();
+  const [least, most] = state.scene.volume.range;
+  const value = (i) => least + ((most - least) * i) / heights.length;
   heights.forEach((bar, i) => {
-    context.fillStyle = css(colourAt(place.value((i + 0.5) / heights.length)));
+    context.fillStyle = css(colourAt(value(i + 0.5)));
     context.globalAlpha = 0.55;
-    context.fillRect((i * width) / heights.length, height * (1 - bar), width / heights.length + 0.5, height * bar);
+    const [from, to] = [value(i), value(i + 1)].map((end) => place.x(end) * width);
+    context.fillRect(from, height * (1 - bar), to - from + 0.5, height * bar);
   });
   context.globalAlpha = 1;
   const ink = getComputedStyle(plot).color;
@@ -96,11 +102,13 @@ function drawCurve() {
   context.stroke();
   // Points that can be told from one another.
   if (knots.length <= 64) {
-    for (const [value, opacity] of knots) {
+    knots.forEach(([value, opacity], i) => {
+      context.fillStyle = state.curve && i === state.point ? css(colourAt(value)) : ink;
       context.beginPath();
-      context.arc(place.x(value) * width, height * (1 - place.y(opacity)), 4, 0, 7);
+      context.arc(place.x(value) * width, height * (1 - place.y(opacity)), state.curve && i === state.point ? 6 : 4, 0, 7);
       context.fill();
-    }
+      context.stroke();
+    });
   }
   drawBar(document.getElementById("bar"), (x) => colourAt(place.value(x)));
 }
@@ -131,7 +139,10 @@ function watchCurve(plot) {
   };
   plot.addEventListener("pointerdown", (event) => {
     plot.setPointerCapture(event.pointerId);
-    const knots = ownCurve().opacities;
+    remember();
+    const own = ownCurve();
+    own.opacities = spread(own.opacities);
+    const knots = own.opacities;
     const at = pointed(event);
     if (event.shiftKey) {
       held = { from: at.x, all: knots.map((knot) => [...knot]), colours: state.curve.colours.map((knot) => [...knot]) };
@@ -143,8 +154,10 @@ function watchCurve(plot) {
       knots.splice(index, 0, [place.value(at.x), place.opacity(at.y)]);
     }
     held = { index };
+    state.point = index;
     changed();
     drawCurve();
+    showPoint();
   });
   plot.addEventListener("pointermove", (event) => {
     if (!held) return;
@@ -152,15 +165,18 @@ function watchCurve(plot) {
     if (held.all) moveAll(held, at.x);
     else movePoint(held.index, at);
     drawCurve();
+    showPoint();
     soon();
   });
   plot.addEventListener("pointerup", () => (held = null));
   plot.addEventListener("dblclick", (event) => {
     const index = nearest(pointed(event));
-    if (index >= 0 && state.curve.opacities.length > 2) state.curve.opacities.splice(index, 1);
-    drawCurve();
-    changed();
+    if (index >= 0) removePoint(index);
   });
+  plot.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    zoomPlot(place.value(pointed(event).x), Math.exp(event.deltaY * 0.002));
+  }, { passive: false });
 }
 
 function movePoint(index, { x, y }) {
@@ -168,7 +184,86 @@ function movePoint(index, { x, y }) {
   const [low, high] = state.scene.volume.range;
   const least = index > 0 ? knots[index - 1][0] : low;
   const most = index < knots.length - 1 ? knots[index + 1][0] : high;
-  knots[index] = [Math.min(most, Math.max(least, place.value(x))), place.opacity(y)];
+  setPoint(index, Math.min(most, Math.max(least, place.value(x))), place.opacity(y));
+}
+
+// The colour at a point goes with it.
+function setPoint(index, value, opacity) {
+  const [before] = state.curve.opacities[index];
+  state.curve.opacities[index] = [value, opacity];
+  const colours = state.curve.colours;
+  const own = colours.find((knot) => knot[0] === before);
+  if (own && colours.length > 2) {
+    own[0] = value;
+    colours.sort((a, b) => a[0] - b[0]);
+  }
+}
+
+function colourPoint(index, rgb) {
+  const [value] = state.curve.opacities[index];
+  const own = state.curve.colours.find((knot) => knot[0] === value);
+  if (own) own.splice(1, 3, ...rgb);
+  else state.curve.colours.push([value, ...rgb]);
+  state.curve.colours.sort((a, b) => a[0] - b[0]);
+}
+
+function removePoint(index) {
+  if (state.curve.opacities.length > 2) state.curve.opacities.splice(index, 1);
+  state.point = Math.max(0, index - 1);
+  drawCurve();
+  showPoint();
+  changed();
+}
+
+// The values between which the plot is drawn, around one of them.
+function zoomPlot(value, factor) {
+  const [least, most] = state.scene.volume.range;
+  const [low, high] = plotRange().map((end) => value + (end - value) * factor);
+  const isWhole = high - low >= most - least;
+  state.plot.range = isWhole ? null : [Math.max(least, low), Math.min(most, high)];
+  drawCurve();
+}
+
+// The point that is edited: its place in the list, value, opacity and colour, as numbers.
+function showPoint() {
+  const box = document.getElementById("point");
+  if (!box) return;
+  const knots = spread(curve().opacities);
+  const index = Math.min(state.point, knots.length - 1);
+  const [value, opacity] = knots[index];
+  // A number that is typed makes the function the page's own.
+  const edit = (change) => {
+    remember();
+    const own = ownCurve();
+    own.opacities = spread(own.opacities);
+    change(own.opacities);
+    drawCurve();
+    showPoint();
+    changed();
+  };
+  const number = (name, now, least, most, act) => make("input", {
+    type: "number", step: "any", value: short4(now), ariaLabel: `${name} of the point`,
+    onchange: (event) => edit(() => act(Math.min(most, Math.max(least, Number(event.target.value))))),
+  });
+  const [least, most] = [knots[index - 1]?.[0] ?? state.scene.volume.range[0], knots[index + 1]?.[0] ?? state.scene.volume.range[1]];
+  const list = make("select", { ariaLabel: "point", onchange: () => { state.point = list.selectedIndex; drawCurve(); showPoint(); } },
+    ...knots.map((_, i) => make("option", {}, `point ${i + 1} of ${knots.length}`)));
+  list.selectedIndex = index;
+  const colour = make("input", { type: "color", value: hex(colourAt(value)), ariaLabel: "colour of the point" });
+  colour.addEventListener("change", () => edit(() => colourPoint(index, [1, 3, 5].map((i) => parseInt(colour.value.slice(i, i + 2), 16) / 255))));
+  const middle = (value + (knots[index + 1]?.[0] ?? state.scene.volume.range[1])) / 2;
+  box.replaceChildren(
+    make("div", { className: "row" }, list, colour),
+    make("div", { className: "row" }, number("value", value, least, most, (x) => setPoint(index, x, opacity)),
+      number("opacity", opacity, 0, 1, (x) => setPoint(index, value, x)),
+      button("+", () => edit((all) => { all.splice(index + 1, 0, [middle, opacity]); state.point = index + 1; }), { title: "Add a point", ariaLabel: "add a point" }),
+      button("\u2212", () => edit(() => removePoint(index)), { title: "Remove this point", ariaLabel: "remove this point" })));
+}
+
+// The ends of the colours.
+function windowOfCurve() {
+  const all = curve().colours.map((knot) => knot[0]);
+  return [all[0], all.at(-1)];
 }
 
 function moveAll(held, x) {
@@ -181,8 +276,7 @@ function moveAll(held, x) {
 // Stretches colours and opacities to a window of values.
 function setWindow(level, width) {
   const { opacities, colours } = ownCurve();
-  const all = [...opacities, ...colours].map((knot) => knot[0]);
-  const [first, last] = [Math.min(...all), Math.max(...all)];
+  const [first, last] = windowOfCurve();
   const moved = (value) => level + ((value - first) / (last - first || 1) - 0.5) * width;
   state.curve.opacities = opacities.map(([value, opacity]) => [moved(value), opacity]);
   state.curve.colours = colours.map(([value, ...rgb]) => [moved(value), ...rgb]);
@@ -190,19 +284,20 @@ function setWindow(level, width) {
 
 // Lays a named map over the range of the present colours.
 function setMap(name) {
+  remember();
   const list = ownCurve().colours;
   const [first, last] = [list[0][0], list.at(-1)[0]];
   const stops = state.scene.volume.maps[name];
   state.curve.colours = stops.map((rgb, i) => [first + ((last - first) * i) / (stops.length - 1), ...rgb]);
 }
 
-// Reads a file of ParaView that was dropped on the page.
-async function dropped(file) {
-  const parsed = JSON.parse(await file.text());
-  const map = Array.isArray(parsed) ? parsed[0] : parsed;
-  if (!Array.isArray(map.RGBPoints) && !Array.isArray(map.Points)) throw new Error("no RGBPoints and no Points");
-  const own = ownCurve();
-  const fours = (list) => Array.from({ length: list.length / 4 }, (_, i) => list.slice(4 * i, 4 * i + 4));
-  if (map.RGBPoints) own.colours = fours(map.RGBPoints);
-  if (map.Points) own.opacities = fours(map.Points).map(([value, opacity]) => [value, opacity]);
+// A transfer function of a file that was dropped on the page.
+function lookArrived({ name, look }) {
+  remember();
+  ownCurve();
+  state.curve = look.function;
+  if (look.shade) setOption("shade", look.shade);
+  if (look.opacity_unit) setOption("opacity-unit", look.opacity_unit);
+  note([`${name} is the transfer function now`, ...look.notes].join("; "));
+  changed({ panel: true });
 }

@@ -1,0 +1,246 @@
+// Three slices along the axes of the grid, beside the picture, and steps of a volume over time.
+
+const strip = document.getElementById("slices");
+const AXES = ["x", "y", "z"];
+// Slices that were asked for and have not come, by axis; and whether a newer one is wanted.
+const asked = [null, null, null];
+
+function toggleSlices() {
+  remember();
+  state.slices = state.slices ? null : { at: state.scene.volume.dims.map((n) => n >> 1), window: usualWindow() };
+  showSlices();
+  changed({ panel: true, moving: false });
+}
+
+// The values between which all but the darkest hundredth and the brightest two hundredths lie, without the background.
+function usualWindow() {
+  const { bars: counts, range: [least, most] } = state.scene.volume;
+  const shown = counts.with(0, 0);
+  const total = shown.reduce((sum, count) => sum + count, 0);
+  const below = (share) => {
+    let sum = 0;
+    return shown.findIndex((count) => (sum += count) >= share * total);
+  };
+  const value = (bar) => least + ((most - least) * bar) / counts.length;
+  const ends = [value(below(0.01)), value(below(0.98) + 1)];
+  return total > 0 && ends[0] < ends[1] ? ends : [least, most];
+}
+
+function showSlices() {
+  const isOn = Boolean(state.slices && state.scene?.volume?.has_slices);
+  strip.hidden = !isOn;
+  if (!isOn) return strip.replaceChildren();
+  const { dims, spacing, range } = state.scene.volume;
+  const end = (i, name) => make("input", {
+    type: "number", step: "any", value: short4(state.slices.window[i]), ariaLabel: `${name} end of the window`,
+    onchange: (event) => setSliceWindow(state.slices.window.with(i, Number(event.target.value))),
+  });
+  const figures = AXES.map((name, axis) => {
+    const sides = [[1, 2], [0, 2], [0, 1]][axis];
+    const plot = make("canvas", { id: `slice-${axis}`, title: "Click to choose a voxel; drag with the right button to change the window" });
+    plot.style.aspectRatio = `${dims[sides[0]] * spacing[sides[0]]} / ${dims[sides[1]] * spacing[sides[1]]}`;
+    watchSlice(plot, axis, sides);
+    const input = make("input", { type: "range", min: 0, max: dims[axis] - 1, step: 1, value: state.slices.at[axis], ariaLabel: `slice along ${name}` });
+    input.addEventListener("input", () => setSlice(axis, Number(input.value)));
+    return make("div", {}, plot, make("div", { className: "row" }, make("output", { id: `at-${axis}` }), input));
+  });
+  strip.replaceChildren(...figures, make("div", { className: "row" }, make("span", {}, "window"), end(0, "low"), end(1, "high")),
+    make("div", { className: "buttons" },
+      button("cut here", cutAtSlice, { title: "Cuts the volume at the slice along z" }),
+      button("whole range", () => setSliceWindow(range))));
+  askSlices([0, 1, 2]);
+}
+
+function setSlice(axis, index) {
+  rememberSteps();
+  state.slices.at = state.slices.at.with(axis, index);
+  askSlices([axis]);
+  drawMarks();
+  keepAddress();
+}
+
+function setSliceWindow([low, high]) {
+  if (!(low < high)) return;
+  rememberSteps();
+  state.slices.window = [low, high];
+  const inputs = strip.querySelectorAll("input[type=number]");
+  [low, high].forEach((value, i) => (inputs[i].value = short4(value)));
+  askSlices([0, 1, 2]);
+  keepAddress();
+}
+
+// All three go through a voxel of the grid.
+function slicesAt(voxel) {
+  remember();
+  state.slices.at = voxel;
+  showSlices();
+  drawMarks();
+  keepAddress();
+}
+
+function askSlices(list) {
+  if (!state.slices) return;
+  for (const axis of list) {
+    if (asked[axis]) asked[axis] = "again";
+    else {
+      asked[axis] = "once";
+      send({ type: "slice", axis, index: state.slices.at[axis], window: state.slices.window });
+    }
+    const line = document.getElementById(`at-${axis}`);
+    if (line) line.textContent = `${AXES[axis]} ${state.slices.at[axis]}`;
+    const input = strip.querySelectorAll("input[type=range]")[axis];
+    if (input) input.value = state.slices.at[axis];
+  }
+  drawCrosses();
+}
+
+async function sliceArrived(axis, blob) {
+  const isOld = asked[axis] === "again";
+  asked[axis] = null;
+  const plot = document.getElementById(`slice-${axis}`);
+  if (!plot) return;
+  plot.bitmap = await createImageBitmap(blob);
+  plot.dataset.index = state.slices?.at[axis];
+  drawCrosses();
+  if (isOld) askSlices([axis]);
+}
+
+// The slices with lines where the others lie.
+function drawCrosses() {
+  for (const axis of [0, 1, 2]) {
+    const plot = document.getElementById(`slice-${axis}`);
+    if (!plot?.bitmap || !state.slices) continue;
+    const box = plot.getBoundingClientRect();
+    const ratio = window.devicePixelRatio || 1;
+    [plot.width, plot.height] = [box.width * ratio, box.height * ratio];
+    const context = plot.getContext("2d");
+    context.imageSmoothingEnabled = false;
+    context.drawImage(plot.bitmap, 0, 0, plot.width, plot.height);
+    const { dims } = state.scene.volume;
+    const [across, down] = [[1, 2], [0, 2], [0, 1]][axis];
+    const x = ((state.slices.at[across] + 0.5) / dims[across]) * plot.width;
+    const row_ = axis === 2 ? state.slices.at[down] : dims[down] - 1 - state.slices.at[down];
+    const y = ((row_ + 0.5) / dims[down]) * plot.height;
+    const colours = ["#ff6b6b", "#7bd88f", "#6ab0ff"];
+    for (const [colour, ends] of [[colours[across], [x, 0, x, plot.height]], [colours[down], [0, y, plot.width, y]]]) {
+      context.strokeStyle = colour;
+      context.globalAlpha = 0.7;
+      context.beginPath();
+      context.moveTo(ends[0], ends[1]);
+      context.lineTo(ends[2], ends[3]);
+      context.stroke();
+    }
+  }
+}
+
+function watchSlice(plot, axis, [across, down]) {
+  let held_ = null;
+  const choose = (event) => {
+    const box = plot.getBoundingClientRect();
+    const { dims } = state.scene.volume;
+    const index = (share, n) => Math.min(n - 1, Math.max(0, Math.floor(share * n)));
+    const x = index((event.clientX - box.left) / box.width, dims[across]);
+    const y = index((event.clientY - box.top) / box.height, dims[down]);
+    rememberSteps();
+    state.slices.at = state.slices.at.with(across, x).with(down, axis === 2 ? y : dims[down] - 1 - y);
+    askSlices([across, down]);
+    drawMarks();
+    keepAddress();
+  };
+  plot.addEventListener("contextmenu", (event) => event.preventDefault());
+  plot.addEventListener("pointerdown", (event) => {
+    plot.setPointerCapture(event.pointerId);
+    held_ = { x: event.clientX, y: event.clientY, window: state.slices.window, isWindow: event.button === 2 };
+    if (!held_.isWindow) choose(event);
+  });
+  plot.addEventListener("pointermove", (event) => {
+    if (!held_) return;
+    if (!held_.isWindow) return choose(event);
+    setSliceWindow(dragged(held_.window, event.clientX - held_.x, event.clientY - held_.y));
+  });
+  for (const name of ["pointerup", "pointercancel"]) plot.addEventListener(name, () => (held_ = null));
+  plot.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    const at = state.slices.at[axis] + Math.sign(event.deltaY);
+    setSlice(axis, Math.min(state.scene.volume.dims[axis] - 1, Math.max(0, at)));
+  }, { passive: false });
+}
+
+// A window after a drag: to the right it widens, upwards its middle falls, as in radiology.
+function dragged([low, high], dx, dy) {
+  const [least, most] = state.scene.volume.range;
+  const level = (low + high) / 2 + (dy * (most - least)) / 500;
+  const width = (high - low) * Math.exp(dx / 150);
+  return [level - width / 2, level + width / 2];
+}
+
+// The place of a voxel in the world.
+function inWorld(voxel) {
+  const { origin, axes: columns } = state.scene.volume;
+  return voxel.reduce((place_, index, axis) => add(place_, mul(columns[axis], index)), origin);
+}
+
+// A plane along z through the chosen voxel: what lies on the side of the eye is cut away.
+function cutAtSlice() {
+  remember();
+  const { forward } = axes(state.camera);
+  const column = unit(state.scene.volume.axes[2]);
+  const normal = dot(column, forward) >= 0 ? column : mul(column, -1);
+  const at = dot(inWorld(state.slices.at), normal);
+  setOption("clip-plane", [...normal, at].map((x) => Number(x.toPrecision(7))).join(","));
+  changed({ panel: true });
+}
+
+// Where the three slices meet, in the picture.
+function drawMeeting(context) {
+  if (!state.slices || !state.scene.volume?.has_slices) return;
+  const at = onScreen(inWorld(state.slices.at));
+  if (!at) return;
+  for (const [colour, width] of [["#000a", 3.5], ["#fff", 1.2]]) {
+    context.strokeStyle = colour;
+    context.lineWidth = width;
+    context.beginPath();
+    for (const [x, y] of [[-9, 0], [0, -9]]) {
+      context.moveTo(at[0] + x, at[1] + y);
+      context.lineTo(at[0] + x / 3, at[1] + y / 3);
+      context.moveTo(at[0] - x / 3, at[1] - y / 3);
+      context.lineTo(at[0] - x, at[1] - y);
+    }
+    context.stroke();
+  }
+}
+
+// Steps of a volume over time.
+let playing = false;
+
+function stepRows() {
+  const { steps } = state.scene.volume;
+  if (steps.length < 2) return [];
+  const name = make("p", { className: "note", id: "step-name" }, steps[state.step]);
+  const shown = slider("step", { min: 0, max: steps.length - 1, step: 1, value: state.step, text: (x) => `${x + 1} of ${steps.length}`, act: setStep });
+  return [make("h2", {}, "Time"), shown, name, make("div", { className: "buttons" }, button(playing ? "pause" : "play", playSteps, { id: "play-steps" }))];
+}
+
+function setStep(at) {
+  state.step = at;
+  const name = document.getElementById("step-name");
+  if (name) name.textContent = state.scene.volume.steps[at];
+}
+
+function playSteps() {
+  playing = !playing;
+  buildPanel();
+  if (playing) nextStep();
+}
+
+// The next step, once the one before is on the screen.
+function nextStep() {
+  if (!playing) return;
+  setStep((state.step + 1) % state.scene.volume.steps.length);
+  const input = document.getElementById("field-step");
+  if (input) {
+    input.value = state.step;
+    input.parentElement.querySelector("output").textContent = `${state.step + 1} of ${state.scene.volume.steps.length}`;
+  }
+  changed();
+}

@@ -1,0 +1,92 @@
+//! Slices of a volume as the page shows them beside the picture.
+//!
+//! A single volume is grey between the values of its window; channels add their colours as on a display; labels have their
+//! own colours.
+
+use anyhow::Result;
+use resample_core::Image;
+use resample_core::image::{linear_from_srgb, srgb_from_linear};
+use volsplat::volume::Slice;
+
+use crate::look::channel_look;
+use crate::look::file_channel::ShownChannel;
+use crate::open::volume::OpenVolume;
+
+/// The picture of a slice: an axis of the grid and a voxel along it; black and white at the ends of the window.
+pub(crate) fn picture(
+    open: &OpenVolume,
+    axis: usize,
+    index: usize,
+    [low, high]: [f64; 2],
+) -> Result<Image> {
+    let volumes = open.volumes()?;
+    let shown: Vec<&ShownChannel> = open
+        .shown_channels()
+        .into_iter()
+        .map(|(shown, _)| shown)
+        .collect();
+    let mut codes: Vec<[f64; 3]> = Vec::new();
+    let mut size = [0; 2];
+    for (place, volume) in volumes.iter().take(shown.len().max(1)).enumerate() {
+        let slice = volume.slice(axis, index);
+        size = slice.size;
+        codes.resize(slice.values.len(), [0.0; 3]);
+        let look = shown.get(place).map(|shown| &shown.look);
+        let window = look.and_then(|look| look.window).unwrap_or([low, high]);
+        let colour = look.and_then(|look| channel_look::colour(look.word.as_deref()?));
+        let strength = look.map_or(1.0, |look| look.opacity.unwrap_or(1.0));
+        let gamma = look.and_then(|look| look.gamma).unwrap_or(1.0);
+        let colour = colour.map_or([1.0; 3], |rgb| {
+            rgb.map(|light| f64::from(srgb_from_linear(light)))
+        });
+        add(
+            &mut codes,
+            &slice,
+            &Ramp {
+                window,
+                gamma,
+                colour: colour.map(|code| code * strength),
+            },
+        );
+    }
+    if shown.is_empty() && !open.labels().is_empty() {
+        paint(&mut codes, &volumes[0].slice(axis, index), open);
+    }
+    let mut image = Image::transparent(size[0], size[1]);
+    for (pixel, code) in image.rgba.iter_mut().zip(codes) {
+        let [r, g, b] = code.map(|code| linear_from_srgb(code.clamp(0.0, 1.0) as f32));
+        *pixel = [r, g, b, 1.0];
+    }
+    Ok(image)
+}
+
+/// How a channel becomes display colours.
+struct Ramp {
+    window: [f64; 2],
+    gamma: f64,
+    colour: [f64; 3],
+}
+
+fn add(codes: &mut [[f64; 3]], slice: &Slice, ramp: &Ramp) {
+    let [low, high] = ramp.window;
+    let scale = 1.0 / (high - low).max(f64::MIN_POSITIVE);
+    for (code, value) in codes.iter_mut().zip(&slice.values) {
+        let share = ((value - low) * scale).clamp(0.0, 1.0).powf(ramp.gamma);
+        // A voxel without a value is black.
+        let share = if share.is_nan() { 0.0 } else { share };
+        code.iter_mut()
+            .zip(ramp.colour)
+            .for_each(|(code, colour)| *code += share * colour);
+    }
+}
+
+/// The colours of labels; what has none is black.
+fn paint(codes: &mut [[f64; 3]], slice: &Slice, open: &OpenVolume) {
+    let labels = open.labels();
+    for (code, value) in codes.iter_mut().zip(&slice.values) {
+        let look = labels.iter().find(|(label, _)| *label as f64 == *value);
+        *code = look.map_or([0.0; 3], |(_, look)| {
+            look.rgb.map(|light| f64::from(srgb_from_linear(light)))
+        });
+    }
+}
