@@ -13,6 +13,7 @@ mod browser;
 mod choices;
 mod colours;
 mod figures;
+mod kept;
 mod page;
 mod waiting;
 
@@ -366,13 +367,20 @@ fn the_page_names_no_files_but_new_ones_in_the_folder() {
     ));
     assert!(why.contains("shade"), "{why}");
     let save = json!({ "type": "save", "what": "camera" });
-    for name in ["../a.json", "/tmp/a.json", ".a", "", "a/b", "ball.raw"] {
+    for name in ["../a.json", "/tmp/a.json", ".a", "", "a/b"] {
         page.refusal(&with(&with(&view, save.clone()), json!({ "name": name })));
     }
-    page.say(&with(&with(&view, save), json!({ "name": "camera.json" })));
-    assert_eq!(page.hear("saved")["path"], "camera.json");
+    // A name that is taken is counted up.
+    for (name, expected) in [
+        ("camera.json", "camera.json"),
+        ("camera.json", "camera-2.json"),
+        ("ball.raw", "ball-2.raw"),
+    ] {
+        page.say(&with(&with(&view, save.clone()), json!({ "name": name })));
+        assert_eq!(page.hear("saved")["path"], expected);
+    }
     let names = std::fs::read_dir(bench.path("")).expect("a folder").count();
-    assert_eq!(names, 3, "the volume, the empty folder, and the camera");
+    assert_eq!(names, 5, "the volume, the empty folder, and three cameras");
 }
 
 #[test]

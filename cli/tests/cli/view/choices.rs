@@ -49,7 +49,7 @@ fn every_preset_has_its_picture_whatever_was_typed() {
             loop {
                 match page.read() {
                     Message::Binary(bytes) => {
-                        assert_eq!(&page.shown(&bytes).0["preset"], name, "{words}");
+                        assert_eq!(&page.shown(&bytes).0["name"], name, "{words}");
                         break;
                     }
                     Message::Text(text) => panic!("{words}, {name}: {text}"),
