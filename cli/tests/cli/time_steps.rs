@@ -6,7 +6,7 @@ use super::bad_input::assert_refused;
 use super::{Bench, assert_good, read_png};
 
 /// A step of 16x16x16 numbers: a block of 4 voxels at x, of a value, over 10.
-fn step(x: usize, value: f32) -> Vec<u8> {
+pub(super) fn step(x: usize, value: f32) -> Vec<u8> {
     let voxel = |i: usize| {
         let at = [i % 16, i / 16 % 16, i / 256];
         let is_inside = (x..x + 4).contains(&at[0]) && at[1..].iter().all(|a| (6..10).contains(a));

@@ -9,6 +9,7 @@ use tungstenite::Message;
 use super::{BALL, Bench, points, warp3d};
 use page::{Viewer, run_copied, view, with};
 
+mod beside;
 mod browser;
 mod choices;
 mod colours;

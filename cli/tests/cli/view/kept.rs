@@ -243,10 +243,7 @@ fn a_volume_property_of_slicer_is_dropped() {
     browser.value(&format!("opened(new File([\"{text}\"], 'bone.vp'))"));
     browser.wait("state.curve?.opacities.length === 3");
     browser.wait_rest();
-    assert_eq!(
-        browser.value("state.curve.opacities[1]"),
-        json!([100, 0.5])
-    );
+    assert_eq!(browser.value("state.curve.opacities[1]"), json!([100, 0.5]));
     assert_eq!(browser.value("option('shade')"), "phong");
     let status = "document.getElementById('status').textContent";
     browser.value("opened(new File(['nonsense'], 'a.vp'))");

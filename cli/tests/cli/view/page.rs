@@ -208,5 +208,10 @@ pub(super) fn run_copied(bench: &Bench, command: &str) -> Vec<u8> {
         .output()
         .expect("a shell");
     assert!(ran.status.success(), "{command}\n{}", stderr(&ran));
-    std::fs::read(bench.path("view.png")).expect("a picture")
+    // One of several steps has its number in its name.
+    let (_, name) = command.trim().rsplit_once("-o ").expect("a name");
+    let (_, frames) = command.split_once("--frames=").unwrap_or_default();
+    let number = frames.split("..").next().unwrap_or_default();
+    let name = name.replace("%04d", &format!("{number:0>4}"));
+    std::fs::read(bench.path(&name)).expect("a picture")
 }

@@ -74,7 +74,7 @@ function show(bitmap, head, blob) {
   const now = performance.now();
   document.body.dataset.shown = head.id;
   document.body.dataset.kind = head.kind + (head.is_last ? " last" : "");
-  if (playing) requestAnimationFrame(nextStep);
+  if (playing && head.kind === "moving") setTimeout(nextStep, STEP_MS);
   if (head.kind === "moving") {
     frames.push(now);
     while (frames.length > 1 && now - frames[0] > 1000) frames.shift();

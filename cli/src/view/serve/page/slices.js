@@ -233,9 +233,14 @@ function playSteps() {
   if (playing) nextStep();
 }
 
+// Least time of a step, ms: about that of a film for slow motion.
+const STEP_MS = 80;
+
 // The next step, once the one before is on the screen.
 function nextStep() {
   if (!playing) return;
+  // Those of the step that is drawn now.
+  askSlices([0, 1, 2]);
   setStep((state.step + 1) % state.scene.volume.steps.length);
   const input = document.getElementById("field-step");
   if (input) {

@@ -1,0 +1,197 @@
+//! What stands beside and over the picture: slices, measures, handles of the crop box, and steps over time.
+
+use serde_json::json;
+use tungstenite::Message;
+
+use super::super::time_steps::step;
+use super::super::{BALL, Bench};
+use super::browser::{Browser, open};
+use super::page::{Viewer, run_copied, view};
+
+#[test]
+fn slices_show_the_voxels_in_the_window() {
+    let bench = Bench::new();
+    let viewer = Viewer::start(&bench, &format!("ball.raw {BALL}"));
+    let mut page = viewer.page();
+    let scene = page.hear("scene");
+    assert_eq!(scene["volume"]["has_slices"], true);
+    let bytes = std::fs::read(bench.path("ball.raw")).expect("the volume");
+    let voxel = |x: usize, y: usize, z: usize| f64::from(bytes[x + 32 * (y + 32 * z)]);
+    let [low, high] = [40.0, 140.0];
+    for (axis, index) in [(0, 20), (1, 3), (2, 16)] {
+        page.say(&json!({ "type": "slice", "axis": axis, "index": index, "window": [low, high] }));
+        let (head, png) = loop {
+            if let Message::Binary(bytes) = page.read() {
+                break page.shown(&bytes);
+            }
+        };
+        assert_eq!(
+            (&head["kind"], &head["name"]),
+            (&json!("slice"), &json!(axis.to_string()))
+        );
+        let image = image::load_from_memory(&png).expect("a PNG").to_rgb8();
+        for (column, row, pixel) in image.enumerate_pixels() {
+            let (column, row) = (column as usize, row as usize);
+            let value = match axis {
+                0 => voxel(index, column, 31 - row),
+                1 => voxel(column, index, 31 - row),
+                _ => voxel(column, row, index),
+            };
+            let expected = (255.0 * (value - low) / (high - low)).clamp(0.0, 255.0);
+            for code in pixel.0 {
+                let error = (f64::from(code) - expected).abs();
+                assert!(
+                    error <= 0.51,
+                    "axis {axis}, {column}, {row}: {code}, {expected}"
+                );
+            }
+        }
+    }
+    // Other pictures go on, and nonsense is refused or clamped.
+    page.say(&json!({ "type": "slice", "axis": 7, "index": 9999, "window": [1.0, 1.0] }));
+    let view = view(&scene, json!({}));
+    assert!(!page.rest(&view).is_empty());
+}
+
+#[test]
+fn a_click_chooses_the_voxel_of_the_slices() {
+    let bench = Bench::new();
+    let Some((_viewer, mut browser)) = open(&bench, "") else {
+        return;
+    };
+    browser.press("slices");
+    browser.wait("[0, 1, 2].every((axis) => document.getElementById(`slice-${axis}`)?.bitmap)");
+    assert_eq!(browser.value("state.slices.at"), json!([16, 16, 16]));
+    browser.wait_rest();
+    let middle = browser.middle("#picture");
+    browser.drag(middle, middle);
+    browser.wait("state.slices.at.join() !== '16,16,16'");
+    // The voxel lies on the ray of the click.
+    let at = browser.value("onScreen(inWorld(state.slices.at))");
+    let corner =
+        browser.value("[canvas.getBoundingClientRect().x, canvas.getBoundingClientRect().y]");
+    let voxel_px =
+        browser.value("canvas.getBoundingClientRect().height / heightAtTarget(state.camera)");
+    for k in 0..2 {
+        let distance = at[k].as_f64().expect("px") + corner[k].as_f64().expect("px") - middle[k];
+        let voxel = voxel_px.as_f64().expect("px");
+        assert!(
+            distance.abs() < 1.5 * voxel,
+            "{distance} px, a voxel has {voxel}"
+        );
+    }
+    // A slice is clicked: its column and row, and not its own index.
+    let slice = browser.middle("#slice-2");
+    let before = browser.value("state.slices.at[2]");
+    browser.drag(slice, slice);
+    assert_eq!(browser.value("state.slices.at"), json!([16, 16, before]));
+    browser.press("hide slices");
+    browser.wait("document.getElementById('slices').hidden");
+}
+
+#[test]
+fn distances_and_angles_are_measured() {
+    let bench = Bench::new();
+    let Some((_viewer, mut browser)) = open(&bench, "") else {
+        return;
+    };
+    let middle = browser.middle("#picture");
+    browser.press("distance");
+    for dx in [-40.0, 40.0] {
+        let at = [middle[0] + dx, middle[1]];
+        browser.drag(at, at);
+        browser.wait(&format!(
+            "wanted.picked.length === {} || state.measures.length === 1",
+            if dx < 0.0 { 1 } else { 2 }
+        ));
+    }
+    browser.wait("state.measures.length === 1");
+    // Both lie on the ball, as far from each other as the screen says at their depth, within a voxel and a half.
+    let told = browser.value(
+        "(() => { const [a, b] = state.measures[0]; const f = axes(state.camera).forward; const d = dot(sub(mul(add(a, b), 0.5), state.camera.position), f); \
+         return [length(sub(b, a)), 80 * d / axes(state.camera).distance * heightAtTarget(state.camera) / canvas.getBoundingClientRect().height, length(state.scene.volume.axes[0])]; })()",
+    );
+    let [length, expected, voxel] = [0, 1, 2].map(|k| told[k].as_f64().expect("a number"));
+    assert!(
+        (length - expected).abs() < 1.5 * voxel,
+        "{length}, expected {expected}"
+    );
+    assert_eq!(
+        browser.value("measured([[1,0,0],[0,0,0],[0,2,0]])"),
+        "90.0\u{b0}"
+    );
+    browser.press("\u{d7}");
+    assert_eq!(browser.value("state.measures.length"), 0);
+}
+
+#[test]
+fn handles_move_the_sides_of_the_crop_box() {
+    let bench = Bench::new();
+    let Some((_viewer, mut browser)) = open(&bench, "") else {
+        return;
+    };
+    // So that the whole box is in sight.
+    let middle = browser.middle("#picture");
+    browser.mouse("mouseWheel", middle, json!({ "deltaX": 0, "deltaY": 200 }));
+    browser.mouse("mouseWheel", middle, json!({ "deltaX": 0, "deltaY": 200 }));
+    browser.wait_rest();
+    let before = browser.picture();
+    browser.value("[...document.querySelectorAll('summary')].find((s) => s.textContent === 'Crop box').click()");
+    browser.wait("handles().length === 6");
+    let corner =
+        browser.value("[canvas.getBoundingClientRect().x, canvas.getBoundingClientRect().y]");
+    let at = browser.value("onScreen(handles()[3].world)");
+    let at = [0, 1].map(|k| at[k].as_f64().expect("px") + corner[k].as_f64().expect("px"));
+    let aim = browser.value("onScreen(handles()[3].world.with(0, handles()[3].world[0] - 12))");
+    let aim = [0, 1].map(|k| aim[k].as_f64().expect("px") + corner[k].as_f64().expect("px"));
+    browser.drag(at, aim);
+    browser.wait_rest();
+    let moved = browser.value("state.scene.volume.corners[1][0] - cropBox()[3]");
+    let moved = moved.as_f64().expect("a number");
+    assert!((moved - 12.0).abs() < 0.6, "{moved} of 12");
+    assert!(before != browser.picture(), "a side is cut off");
+    browser.key("z", 2);
+    browser.wait_rest();
+    assert!(before == browser.picture(), "undone");
+}
+
+#[test]
+fn steps_over_time_are_chosen_and_copied() {
+    let bench = Bench::new();
+    for number in 0..3u8 {
+        bench.write(
+            &format!("t{number:02}.npy"),
+            &step(usize::from(4 * number), 60.0 + 10.0 * f32::from(number)),
+        );
+    }
+    let viewer = Viewer::start(&bench, "t%02d.npy");
+    let Some(mut browser) = Browser::open(&viewer.address(), [700, 500]) else {
+        println!("skipped: no Chromium");
+        return;
+    };
+    browser.wait_rest();
+    let first = browser.picture();
+    assert_eq!(
+        browser.value("state.scene.volume.steps"),
+        json!(["t00.npy", "t01.npy", "t02.npy"])
+    );
+    browser.value("(() => { const e = document.getElementById('field-step'); e.value = 2; e.dispatchEvent(new Event('input')); })()");
+    browser.wait_rest();
+    let third = browser.picture();
+    assert!(first != third, "another step");
+    browser.press("copy command");
+    browser.wait("Boolean(document.querySelector('#dialog pre'))");
+    let command = browser.value("document.querySelector('#dialog pre').textContent");
+    let written = run_copied(&bench, command.as_str().expect("a text"));
+    // A picture of a part of a sequence says in its file which one it is.
+    let pixels = |png: &[u8]| image::load_from_memory(png).expect("a PNG").to_rgba8();
+    assert!(
+        pixels(&third) == pixels(&written),
+        "the command draws the step"
+    );
+    browser.press("close");
+    browser.press("play");
+    browser.wait("state.step === 0");
+    browser.wait("state.step === 1");
+    browser.press("pause");
+}
