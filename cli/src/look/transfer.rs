@@ -182,7 +182,7 @@ impl Suggested {
     pub(crate) fn line(&self) -> Option<String> {
         let (taken, others) = match self.kind? {
             DataKind::Hounsfield => ("Hounsfield units, drawn as --preset ct", OTHER_LOOKS),
-            DataKind::Scan => ("a scan in no unit, drawn as --preset scan", OTHER_LOOKS),
+            DataKind::Scan => ("a scan without units, drawn as --preset scan", OTHER_LOOKS),
             DataKind::Labels => (
                 "labels, drawn as --labels",
                 "--colormap NAME takes them as quantities",

@@ -19,6 +19,9 @@ pub(crate) const EXIT_INTERRUPTED: u8 = 130;
 /// Set by Ctrl-C, read between pictures.
 static ASKED: AtomicBool = AtomicBool::new(false);
 
+/// Set while the viewer runs, which says itself that it stops.
+static IS_VIEWER: AtomicBool = AtomicBool::new(false);
+
 /// How many loops are running that read the flag.
 static PATIENT: AtomicUsize = AtomicUsize::new(0);
 
@@ -60,6 +63,12 @@ pub(crate) fn asked() -> bool {
     ASKED.load(Ordering::SeqCst)
 }
 
+/// As [`patience`], for the viewer.
+pub(crate) fn patience_of_viewer() -> Patience {
+    IS_VIEWER.store(true, Ordering::SeqCst);
+    patience()
+}
+
 /// Promises to read [`asked`] soon, for as long as the returned value lives.
 pub(crate) fn patience() -> Patience {
     PATIENT.fetch_add(1, Ordering::SeqCst);
@@ -76,7 +85,9 @@ impl Drop for Patience {
 fn pressed() {
     let again = ASKED.swap(true, Ordering::SeqCst);
     if !again && PATIENT.load(Ordering::SeqCst) > 0 {
-        report::say("Ctrl-C: ending after this picture; press again to end at once");
+        if !IS_VIEWER.load(Ordering::SeqCst) {
+            report::say("Ctrl-C: ending after this picture; press again to end at once");
+        }
         return;
     }
     remove_all_and_exit(i32::from(EXIT_INTERRUPTED))

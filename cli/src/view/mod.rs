@@ -60,8 +60,9 @@ pub(crate) fn run(args: ViewArgs, verbosity: Verbosity) -> Result<()> {
     }
     interrupt::watch()?;
     let subject = OpenedScene::open(words, verbosity)?;
-    let _patience = interrupt::patience();
+    let _patience = interrupt::patience_of_viewer();
     Studio::new(subject, mailbox, Box::new(interrupt::asked)).run();
+    report::say("viewer stopped");
     Ok(())
 }
 

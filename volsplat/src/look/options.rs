@@ -385,7 +385,7 @@ impl RenderOptions {
                 "samples of the paper's orders have neither shadows nor occlusion: draw the field",
             ),
             (Blend::Maximum | Blend::Minimum | Blend::Average, _) => wrong(
-                "maximum, minimum and mean projections have no light that shadows or occlusion could take: leave them or the blend out",
+                "maximum, minimum and average projections have no light: remove --shadows and --occlusion, or --blend",
             ),
             (Blend::Isosurface(_), _) if self.occlusion.is_some() => {
                 wrong("an isosurface has shadows but no occlusion: leave one of them out")

@@ -302,9 +302,9 @@ impl DepthMeaning {
                 Ok(1.0 / most)
             }
             (None, _, Stored::Code(largest)) => Err(format!(
-                "the depth is stored in whole numbers up to {largest}: give a depth scale, how many world units \
-                 one of them is (0.001 for millimetres where cameras are in metres, 1 where both have one unit); a \
-                 network's map without a unit is relative depth"
+                "the depth is stored in whole numbers up to {largest}: give --depth-scale, world units per stored \
+                 unit (0.001 for millimetres where cameras are in metres, 1 where both have one unit), or \
+                 --depth-kind relative for a map from a network"
             )),
         }
     }
@@ -373,7 +373,7 @@ impl DepthMeaning {
     fn planes(&self, what: &str) -> Result<[f64; 2], String> {
         let [near, far] = self
             .near_far
-            .ok_or(format!("{what} needs its planes: give near and far"))?;
+            .ok_or(format!("{what} needs its planes: give --near and --far"))?;
         if !(near > 0.0 && far > near && far.is_finite()) {
             return Err(format!(
                 "planes at {near} and {far}: expected 0 < near < far"

@@ -225,8 +225,8 @@ fn undecided(path: &Path, detected: &Detected) -> Error {
             what: format!("this is {advice}"),
         },
         Detected::Nothing => Error::Option(format!(
-            "{name}: no known header (the format is detected by the content): for a headerless file say its dimensions \
-             and its type, and where needed the byte order, the bytes to skip and the spacing"
+            "{name}: no known header (the format is detected by the content): for a raw file give --dims X,Y,Z \
+             and --type, such as u8 or i16, and where needed --endian, --skip and --spacing"
         )),
     }
 }

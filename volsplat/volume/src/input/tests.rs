@@ -101,7 +101,7 @@ fn nan_is_refused_or_replaced() {
     let mut options = options([1, 2, 1], VoxelType::F32);
     let text = load(&path, &options).expect_err("NaN").to_string();
     assert!(
-        text.ends_with("voxel (0,1,0) is NaN; say what replaces it"),
+        text.ends_with("voxel (0,1,0) is NaN: give --nan-as VALUE"),
         "{text}"
     );
     assert!(text.contains("volume.raw"), "the file is named: {text}");

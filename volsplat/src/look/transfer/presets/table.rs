@@ -186,7 +186,7 @@ pub(crate) const PRESETS: [Entry; 24] = [
     },
     Entry {
         name: "ct-airways",
-        about: "the walls of all that holds air, as of glass: airways, sinuses, skin",
+        about: "airways, sinuses and skin as glass",
         colours: &[(-900.0, [0.25, 0.55, 0.8]), (-300.0, [0.8, 0.85, 0.9])],
         opacities: &[(-850.0, 0.0), (-600.0, 0.06), (-400.0, 0.06), (-250.0, 0.0)],
         ..CT
@@ -211,7 +211,7 @@ pub(crate) const PRESETS: [Entry; 24] = [
     },
     Entry {
         name: "scan",
-        about: "a scan in no unit, MR or CT: what is bright, from skin to bone",
+        about: "a scan without units, MR or CT: what is bright, from skin to bone",
         colours: &[(0.0, MUSCLE), (0.2, SKIN), (0.55, BRAIN), (1.0, ENAMEL)],
         opacities: &[(0.0, 0.0), (0.15, 0.06), (0.4, 0.3), (1.0, 0.8)],
         ..SIGNALS

@@ -125,7 +125,7 @@ impl Stored {
         }
         if let Some(index) = voxels.first_non_finite() {
             let at = (x + index % columns, y + index / columns, z + slice);
-            let what = format!("voxel {at:?} is NaN or infinite; say what replaces it");
+            let what = format!("voxel {at:?} is NaN or infinite: give --nan-as VALUE");
             return Err(invalid(&part.path, what));
         }
         Ok(voxels)

@@ -117,7 +117,7 @@ fn the_first_nan_or_infinity_is_named() {
     let mut values = vec![0.0f32; 4 * 3 * 8];
     values[(7 * 3) * 4 + 3] = f32::NAN;
     let text = message([4, 3, 8], Voxels::F32(values.clone()), DAffine3::IDENTITY);
-    assert_eq!(text, "voxel (3,0,7) is NaN; say what replaces it");
+    assert_eq!(text, "voxel (3,0,7) is NaN: give --nan-as VALUE");
     values[5] = f32::NEG_INFINITY;
     let text = message([4, 3, 8], Voxels::F32(values), DAffine3::IDENTITY);
     assert!(text.starts_with("voxel (1,1,0) is infinite"), "{text}");
