@@ -203,6 +203,14 @@ impl Scene {
         Ok(self.work(py, None, |session, _| Ok(session.sizes()))?.value)
     }
 
+    /// The least and the greatest value of a colour bar, and its display colours; None where the scene has no single scale.
+    #[expect(clippy::type_complexity, reason = "a pair for Python")]
+    fn colours(&self, py: Python<'_>) -> PyResult<Option<([f64; 2], Vec<[f32; 3]>)>> {
+        Ok(self
+            .work(py, None, |session, _| Ok(session.colours()))?
+            .value)
+    }
+
     /// The cameras that were prepared, a list as camera files have it, in JSON.
     fn cameras(&self, py: Python<'_>) -> PyResult<String> {
         Ok(self

@@ -22,6 +22,7 @@ use resample_cli::plan::{Change, Purpose, RunLog};
 use resample_cli::planner::{self, Planned};
 use resample_cli::process::report::Verbosity;
 use resample_cli::values::input_file::Held;
+use resample_core::image::srgb_from_linear;
 use resample_core::{Camera, Image};
 use serde_json::{Value, json};
 
@@ -221,6 +222,13 @@ impl Session {
             .map(camera_file::object)
             .collect::<Value>()
             .to_string()
+    }
+
+    /// The values and display colours of a colour bar of the pictures that were prepared.
+    pub(crate) fn colours(&self) -> Option<([f64; 2], Vec<[f32; 3]>)> {
+        let (values, colours) = self.ready.as_ref()?.opened.colour_scale()?;
+        let shown = colours.into_iter().map(|rgb| rgb.map(srgb_from_linear));
+        Some((values, shown.collect()))
     }
 
     /// Lays what the options say behind a whole picture.

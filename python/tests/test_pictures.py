@@ -125,3 +125,62 @@ def test_figures(blob):
     assert (box != plain).any()
     with pytest.raises(ValueError, match="shorter bar"):
         fr.volsplat(blob, scale_bar=1e6, **size)
+
+
+def test_a_picture_knows_its_camera_and_projects_points():
+    voxels = np.zeros((21, 21, 21), dtype=np.uint8)
+    # No two of them lie behind each other, and none at the rim, where half of it is cut off.
+    places = [(1, 1, 1), (19, 1, 5), (3, 19, 1), (19, 19, 19), (4, 15, 12)]
+    for z, y, x in places:
+        voxels[z, y, x] = 255
+    volume = fr.Volume(voxels, spacing=(1, 2, 3), window=(128, 255))
+    for projection in ("perspective", "orthographic"):
+        picture = volume.render(orbit=(30, 20), size=(400, 320), projection=projection)
+        assert (picture.camera["width"], picture.camera["height"]) == (400, 320)
+        alpha = np.asarray(picture)[..., 3].astype(float)
+        rows, columns = np.mgrid[:320, :400] + 0.5
+        for x, y, z in picture.project([(x * 1.0, y * 2.0, z * 3.0) for z, y, x in places]):
+            near = alpha * (np.hypot(columns - x, rows - y) < 14)
+            assert near.sum() > 1
+            middle = [(near * place).sum() / near.sum() for place in (columns, rows)]
+            assert np.hypot(x - middle[0], y - middle[1]) < 0.5, projection
+            assert picture.depth is None or abs(z - picture.depth[int(y), int(x)]) < 3.0
+    assert picture[:10].camera is None
+    with pytest.raises(ValueError, match="no camera"):
+        picture[:10].project([0, 0, 0])
+    with pytest.raises(ValueError, match="expected the shape"):
+        picture.project([0, 0])
+    behind = fr.Picture(np.zeros((2, 2, 4)), camera={**picture.camera, "projection": "perspective"})
+    eye = -np.reshape(picture.camera["R"], (3, 3)).T @ np.asarray(picture.camera["t"])
+    forward = np.reshape(picture.camera["R"], (3, 3))[2]
+    assert np.isnan(behind.project(eye - forward)[:2]).all()
+    again = pickle.loads(pickle.dumps(picture))
+    assert again.camera == picture.camera
+    low, high = picture.colours[0]
+    assert low < high and picture.colours[1].shape == (256, 3)
+    assert again.colours[0] == (low, high)
+
+
+def test_matplotlib_shows_a_picture_as_a_png_does():
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    ramp = np.arange(4096, dtype=np.uint16).reshape(16, 16, 16)
+    picture = fr.volsplat(ramp, size=(64, 48), background="white")
+    ax = fr.plot(picture, label="counts")
+    shown = ax.images[0]
+    assert np.array_equal(shown.get_array(), picture.to_srgb8())
+    assert list(shown.get_extent()) == [0, 64, 48, 0]
+    bar = ax.figure.axes[1]
+    assert bar.get_ylabel() == "counts"
+    assert np.allclose(bar.get_ylim(), picture.colours[0])
+    plt.close(ax.figure)
+    _, own = plt.subplots()
+    assert fr.plot(picture, own, colour_bar=False) is own and len(own.figure.axes) == 1
+    plt.close(own.figure)
+
+
+def test_scenes_say_what_they_were_made_of():
+    volume = fr.Volume(np.zeros((4, 5, 6), dtype=np.int16), spacing=(1, 1, 2), preset="ct-bone")
+    assert repr(volume) == "Volume(<4 x 5 x 6 int16>, spacing=(1, 1, 2), preset='ct-bone')"

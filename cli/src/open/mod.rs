@@ -82,6 +82,11 @@ impl Opened {
         scene.downcast_ref()
     }
 
+    /// The values and colours, linear light, of a colour bar; `None` where the scene has no single scale of colours.
+    pub fn colour_scale(&self) -> Option<([f64; 2], Vec<[f32; 3]>)> {
+        self.volume()?.colour_scale()
+    }
+
     /// The bounding box of the visible part, world units: its least and its greatest corner. `None` for depth images.
     pub fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
         self.scene.bounds_in_world()

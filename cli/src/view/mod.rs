@@ -53,13 +53,14 @@ pub(crate) fn run(args: ViewArgs, verbosity: Verbosity) -> Result<()> {
     let tunnel = server.tunnel();
     let mailbox = server.start()?;
     report::print(&format!("{address}\n"))?;
-    match serve.no_open {
-        true if verbosity != Verbosity::Quiet => report::say(&tunnel),
-        true => {}
-        false => open_browser(&address),
+    if !serve.no_open {
+        open_browser(&address);
     }
     interrupt::watch()?;
     let subject = OpenedScene::open(words, verbosity)?;
+    if serve.no_open && verbosity != Verbosity::Quiet {
+        report::say(&tunnel);
+    }
     let _patience = interrupt::patience_of_viewer();
     Studio::new(subject, mailbox, Box::new(interrupt::asked)).run();
     report::say("viewer stopped");

@@ -91,7 +91,7 @@ const WALK: [(&str, &str, &[&str]); 33] = [
     (
         "volsplat text.txt",
         "text.txt",
-        &["no known header", "dimensions"],
+        &["no known header", "--dims"],
     ),
     (
         "volsplat BALL --transfer bad.json",

@@ -94,7 +94,7 @@ fn what_cannot_be_read_is_refused_in_one_line() {
     bench.write("turned.mha", &meta_image());
     for (words, named) in [
         ("info absent.nrrd", "absent.nrrd"),
-        ("info ball.raw", "dimensions"),
+        ("info ball.raw", "--dims"),
         ("info out", "without slices"),
         ("info turned.mha#component=1", "component=1"),
         ("info turned.mha#series=1.2", "series does not apply"),

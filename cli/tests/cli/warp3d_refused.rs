@@ -54,7 +54,7 @@ fn bad_input_is_refused_in_one_line() {
     );
     refused(
         &format!("im.png z.pfm {lens} --depth-kind mpeg"),
-        "near and far",
+        "--near and --far",
     );
     refused(
         &format!("im.png z.pfm {lens} --depth-kind opengl --near 5 --far 1"),

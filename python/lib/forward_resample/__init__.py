@@ -20,6 +20,7 @@ from ._gaussians import Gaussians, splats
 from ._mesh import Mesh, texmap
 from ._native import __version__
 from ._picture import Picture, write_film
+from ._plot import plot
 from ._points import Points, points
 from ._pyramid import Pyramid
 from ._scene import ResampleWarning, options
@@ -40,6 +41,7 @@ __all__ = [
     "Volume",
     "__version__",
     "options",
+    "plot",
     "points",
     "splats",
     "texmap",

@@ -26,12 +26,18 @@ class Picture(np.ndarray):
         stats: counts and times of the drawing, as ``--stats`` has them, and under ``"planned"`` what ``max_error`` or
             ``max_time`` chose.
         notes: the sentences that the command line would have printed.
+        camera: the camera as camera files have it: ``width``, ``height``, ``fx``, ``fy``, ``cx``, ``cy`` in px from the upper left corner,
+            ``R`` (row by row) and ``t`` from the world to the camera (x right, y down, z forward), ``near``, and
+            ``projection`` where it is ``"orthographic"``; or None.
+        colours: ``(low, high)`` and the display colours (n, 3) from the one to the other, where values have one scale of colours; or None.
     """
 
     depth: Optional[npt.NDArray[np.float32]]
     planes: dict[str, npt.NDArray[np.float32]]
     stats: dict[str, Any]
     notes: list[str]
+    camera: Optional[dict[str, Any]]
+    colours: Optional[tuple[tuple[float, float], npt.NDArray[np.float64]]]
 
     def __new__(
         cls,
@@ -40,10 +46,17 @@ class Picture(np.ndarray):
         planes: Optional[Mapping[str, npt.NDArray[np.float32]]] = None,
         stats: Optional[Mapping[str, Any]] = None,
         notes: Iterable[str] = (),
+        camera: Optional[Mapping[str, Any]] = None,
+        colours: Optional[tuple[tuple[float, float], npt.ArrayLike]] = None,
     ) -> Picture:
         picture = np.asarray(rgba, dtype=np.float32).view(cls)
         picture.depth, picture.planes = depth, dict(planes or {})
         picture.stats, picture.notes = dict(stats or {}), list(notes)
+        picture.camera = None if camera is None else dict(camera)
+        picture.colours = None
+        if colours is not None:
+            (low, high), shown = colours
+            picture.colours = ((float(low), float(high)), np.asarray(shown, dtype=np.float64))
         return picture
 
     def __array_finalize__(self, source: Any) -> None:
@@ -53,15 +66,47 @@ class Picture(np.ndarray):
         self.planes = getattr(source, "planes", {}) if whole else {}
         self.stats = getattr(source, "stats", {}) if whole else {}
         self.notes = getattr(source, "notes", []) if whole else []
+        self.camera = getattr(source, "camera", None) if whole else None
+        self.colours = getattr(source, "colours", None) if whole else None
 
     def __reduce__(self) -> Any:
-        beside = (self.depth, self.planes, self.stats, self.notes)
+        beside = (self.depth, self.planes, self.stats, self.notes, self.camera, self.colours)
         return Picture, (np.asarray(self), *beside)
 
     def _pixels(self) -> npt.NDArray[np.float32]:
         if self.ndim != 3 or self.shape[2] != 4:
             raise ValueError(f"picture: expected the shape (height, width, 4), got {self.shape}")
         return np.ascontiguousarray(self.view(np.ndarray), dtype=np.float32)
+
+    def project(self, points: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """Places of points of the world in the picture.
+
+        Args:
+            points: (n, 3) or (3,), world units.
+
+        Returns:
+            As many rows of x and y, px from the upper left corner (the centre of the first pixel is at 0.5, 0.5), and camera z,
+            world units. Points behind the eye of a perspective camera have NaN for x and y.
+
+        Raises:
+            ValueError: the picture has no camera, or the points have not three coordinates.
+
+        >>> camera = {"width": 4, "height": 2, "fx": 2, "fy": 2, "cx": 2, "cy": 1, "R": [1, 0, 0, 0, 1, 0, 0, 0, 1], "t": [0, 0, 5]}
+        >>> Picture(np.zeros((2, 4, 4)), camera=camera).project([[0, 0, 0], [1, -1, -3]]).tolist()
+        [[2.0, 1.0, 5.0], [3.0, 0.0, 2.0]]
+        """
+        if self.camera is None:
+            raise ValueError("project: this picture has no camera; a part of a picture has none")
+        world = np.asarray(points, dtype=np.float64)
+        if world.shape[-1:] != (3,):
+            raise ValueError(f"points: expected the shape (n, 3), got {world.shape}")
+        camera = self.camera
+        x, y, z = np.moveaxis(world @ np.reshape(camera["R"], (3, 3)).T + np.asarray(camera["t"]), -1, 0)
+        if camera.get("projection") == "orthographic":
+            scale = np.ones_like(z)
+        else:
+            scale = np.divide(1.0, z, out=np.full_like(z, np.nan), where=z > 0)
+        return np.stack([camera["fx"] * x * scale + camera["cx"], camera["fy"] * y * scale + camera["cy"], z], axis=-1)
 
     def to_srgb8(self) -> npt.NDArray[np.uint8]:
         """The picture as a PNG has it: uint8 (height, width, 4), sRGB with straight alpha.

@@ -63,6 +63,16 @@ def camera_option(camera: Any) -> Any:
     return as_json({"position": position, "target": target, "up": up})
 
 
+def _short(value: Any) -> str:
+    """A value in a line: of arrays the shape and the type."""
+    if hasattr(value, "shape") and hasattr(value, "dtype"):
+        return f"<{' x '.join(map(str, value.shape))} {value.dtype}>"
+    if isinstance(value, (list, tuple)) and any(hasattr(one, "shape") for one in value):
+        return f"[{', '.join(map(_short, value))}]"
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
 def say(lines: list[str], explain: bool, stacklevel: int) -> None:
     """Warnings to ``warnings``, explanations to where they were asked for, all else to ``logging``."""
     for line in lines:
@@ -88,6 +98,12 @@ class Scene:
         scene = super().__new__(cls)
         scene._made = (arguments, named)
         return scene
+
+    def __repr__(self) -> str:
+        """The kind of the scene, what it was made of, and its options."""
+        arguments, named = self._made
+        own = [_short(one) for one in arguments] + [f"{name}={_short(value)}" for name, value in named.items()]
+        return f"{type(self).__name__}({', '.join(own)})"
 
     def __reduce__(self) -> Any:
         return _made_again, (type(self), *self._made, self._options)
@@ -121,7 +137,8 @@ class Scene:
     def _drawn(self, number: int, notes: list[str], explain: bool, progress: Optional[Callable[[float], object]]) -> Picture:
         (rgba, depth, planes, stats), lines = self._native.draw(number, progress)
         say(lines, explain, 4)
-        return Picture(rgba, depth, planes, json.loads(stats), notes + lines)
+        camera = json.loads(self._native.cameras())[number]
+        return Picture(rgba, depth, planes, json.loads(stats), notes + lines, camera, self._native.colours())
 
     def render(self, camera: Any = None, *, progress: Progress = None, **options: Any) -> Picture:
         """Draws one picture.

@@ -143,11 +143,15 @@ impl OpenVolume {
             bounds: self.visible_bounds_in_world(),
             unit: framing::volume::unit(described),
             names: names.unwrap_or(["x", "y", "z"].map(str::to_owned)),
-            colours: self
-                .function()
-                .filter(|_| self.content.look.channels.len() == 1)
-                .map(TransferFunction::scale),
+            colours: self.colour_scale(),
         }
+    }
+
+    /// The scale of colours of a single transfer function.
+    pub(crate) fn colour_scale(&self) -> Option<([f64; 2], Vec<[f32; 3]>)> {
+        let function = self.function();
+        let single = function.filter(|_| self.content.look.channels.len() == 1);
+        single.map(TransferFunction::scale)
     }
 
     /// The number of steps of a volume over time, or 1.
