@@ -177,6 +177,19 @@ pub(crate) fn options(drawing: &Drawing) -> Result<Value> {
         .map(|(name, word)| (name.to_owned(), json!(word)))
         .collect();
     let mut options = json!({ "set": set });
+    let figure = match drawing {
+        Drawing::Volsplat(args) => Some(&args.figure),
+        Drawing::Texmap(args) => Some(&args.figure),
+        Drawing::Gaussians(_) | Drawing::Warp3d(_) | Drawing::Points(_) => None,
+    };
+    if let Some(figure) = figure {
+        options["figure"] = json!({
+            "scale-bar": figure.scale_bar.is_some(),
+            "colour-bar": figure.colour_bar.is_some(),
+            "axes": figure.axes.map(word),
+            "caption": figure.caption,
+        });
+    }
     match drawing {
         Drawing::Texmap(args) => {
             let textures = args.model.textures.to_possible_value();

@@ -25,12 +25,15 @@ use crate::values::BackgroundWord;
 use crate::values::input_file::Held;
 
 /// Options that the page may set. None of them names a file.
-const FROM_PAGE: [&str; 30] = [
+const FROM_PAGE: [&str; 34] = [
+    "axes",
     "background",
     "blend",
+    "caption",
     "channel",
     "clip-plane",
     "color-by",
+    "colour-bar",
     "colormap",
     "crop",
     "crop-voxels",
@@ -49,6 +52,7 @@ const FROM_PAGE: [&str; 30] = [
     "order",
     "preset",
     "samples",
+    "scale-bar",
     "shade",
     "shadows",
     "slab",
@@ -69,7 +73,7 @@ const LOOKS: [&str; 6] = [
 ];
 
 /// Options that are on without a value.
-const SWITCHES: [&str; 2] = ["occlusion", "shadows"];
+const SWITCHES: [&str; 5] = ["axes", "colour-bar", "occlusion", "scale-bar", "shadows"];
 
 /// Blendings that show a scalar of each ray, without light.
 const UNLIT: [&str; 3] = ["maximum", "minimum", "average"];

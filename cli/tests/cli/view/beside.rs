@@ -156,6 +156,40 @@ fn handles_move_the_sides_of_the_crop_box() {
 }
 
 #[test]
+fn figures_are_switched_on_and_copied() {
+    let bench = Bench::new();
+    let Some((_viewer, mut browser)) = open(&bench, "--caption typed") else {
+        return;
+    };
+    let before = browser.picture();
+    browser.value(
+        "(() => { const e = document.getElementById('field-colour-bar'); e.checked = true; e.dispatchEvent(new Event('change')); })()",
+    );
+    browser.value(
+        "(() => { const e = document.getElementById('field-axes'); e.value = 'box'; e.dispatchEvent(new Event('change')); })()",
+    );
+    browser.value(
+        "(() => { const e = document.getElementById('field-caption'); e.value = ''; e.dispatchEvent(new Event('change')); })()",
+    );
+    browser.wait_rest();
+    let shown = browser.picture();
+    assert!(before != shown);
+    browser.press("copy command");
+    browser.wait("Boolean(document.querySelector('#dialog pre'))");
+    let command = browser.value("document.querySelector('#dialog pre').textContent");
+    let command = command.as_str().expect("a text");
+    assert!(
+        command.contains("--colour-bar") && command.contains("--axes=box"),
+        "{command}"
+    );
+    assert!(!command.contains("--caption"), "{command}");
+    assert!(
+        shown == run_copied(&bench, command),
+        "the command draws the figure"
+    );
+}
+
+#[test]
 fn steps_over_time_are_chosen_and_copied() {
     let bench = Bench::new();
     for number in 0..3u8 {

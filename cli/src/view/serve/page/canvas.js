@@ -110,7 +110,8 @@ function drawMarks() {
     return { axis, x: dot(direction, right), y: -dot(direction, up), z: dot(direction, forward) };
   });
   arrows.sort((a, b) => b.z - a.z);
-  for (const arrow of arrows) {
+  // What is drawn into the picture is not drawn over it.
+  for (const arrow of isDrawn("axes") ? [] : arrows) {
     const colour = ["#ff6b6b", "#7bd88f", "#6ab0ff"][arrow.axis];
     context.strokeStyle = context.fillStyle = colour;
     context.beginPath();
@@ -121,7 +122,7 @@ function drawMarks() {
     context.textBaseline = "middle";
     context.fillText(names[arrow.axis], centre[0] + 35 * arrow.x, centre[1] + 35 * arrow.y);
   }
-  scaleBar(context, box);
+  if (!isDrawn("scale-bar")) scaleBar(context, box);
   drawHandles(context);
   drawMeeting(context);
   drawMeasures(context);

@@ -350,6 +350,31 @@ function pointsPanel() {
   ];
 }
 
+// Whether a part of a figure is drawn, and the word of one that has several.
+const figurePart = (name) => (name in state.changes ? state.changes[name][0] ?? null : state.scene.options.figure[name]);
+const isDrawn = (name) => Boolean(state.scene.options.figure && figurePart(name) && figurePart(name) !== "off");
+
+// What is drawn into the picture beside the scene, as the command line has it.
+function figureRows() {
+  const { figure } = state.scene.options;
+  if (!figure) return [];
+  const set = (name, value, typed) => {
+    remember();
+    if (value === typed) delete state.changes[name];
+    else state.changes[name] = value === null ? [] : [value];
+    changed({ panel: true });
+  };
+  const parts = state.scene.volume?.function ? ["scale-bar", "colour-bar"] : ["scale-bar"];
+  const rows = parts.map((name) => row(name.replace("-", " "), make("input", { type: "checkbox", checked: isDrawn(name),
+    onchange: (event) => set(name, event.target.checked ? "on" : "off", figure[name] ? "on" : "off") })));
+  const kind = make("select", { onchange: () => set("axes", kind.value, figure.axes ?? "off") },
+    ...[["off", "none"], ["directions", "directions"], ["box", "box with numbers"]].map(([value, text]) => make("option", { value }, text)));
+  kind.value = isDrawn("axes") ? figurePart("axes") : "off";
+  const caption = make("input", { type: "text", value: figurePart("caption") ?? "", onchange: () => set("caption", caption.value || null, figure.caption) });
+  const isOpen = [...parts, "axes", "caption"].some(isDrawn);
+  return [make("details", { open: isOpen }, make("summary", {}, "Figure"), ...rows, row("axes", kind), row("caption", caption))];
+}
+
 function sharedPanel() {
   const background = make("select", { onchange: () => { remember(); setOption("background", background.value || null); changed(); } },
     ...[["", "none"], ["white", "white"], ["black", "black"], ["#808080", "grey"]].map(([value, text]) => make("option", { value }, text)));
@@ -362,6 +387,7 @@ function sharedPanel() {
     make("h2", {}, "Picture"),
     row("background", background),
     row("at rest", exactness),
+    ...figureRows(),
     make("p", { className: "note", id: "times" }),
     make("div", { className: "buttons" },
       button("undo", undo, { id: "undo", title: "Ctrl-Z" }),
