@@ -184,9 +184,14 @@ fn all_arrays_of_a_file_are_listed() {
         String::from_utf8(output.stdout).expect("text")
     };
     let text = printed("info sim.vti");
-    assert!(text.contains("arrays     T, p (FILE#array=NAME)"), "{text}");
+    assert!(
+        text.contains("arrays     T (drawn), p; FILE#array=NAME draws another"),
+        "{text}"
+    );
     let json: Value = serde_json::from_str(&printed("info --json sim.vti")).expect("JSON");
     assert_eq!(json["arrays"], serde_json::json!(["T", "p"]));
+    assert_eq!(json["array"], "T");
+    assert!(printed("info sim.vti#array=p").contains("T, p (drawn)"));
     let one = printed(&format!("info ball.raw {BALL}"));
     assert!(!one.contains("arrays"), "{one}");
     let said = stderr(&bench.run("volsplat sim.vti --size 8x8 -o out/a.png"));

@@ -108,16 +108,29 @@ fn facts_of_one(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
         ));
         json["times"] = json!(axes.times);
     }
-    let arrays = match args.volume.dims {
-        Some(_) => Vec::new(),
+    let (arrays, read) = match args.volume.dims {
+        Some(_) => (Vec::new(), None),
         None => volsplat::input::arrays_of(&args.input.path)?,
     };
     if arrays.len() > 1 {
+        let named = args.input.part.as_deref().and_then(|part| {
+            let mut pairs = part.split(',');
+            pairs.find_map(|pair| pair.strip_prefix("array="))
+        });
+        let drawn = named.map(str::to_owned).or(read);
+        let shown = arrays
+            .iter()
+            .map(|name| match Some(name) == drawn.as_ref() {
+                true => format!("{name} (drawn)"),
+                false => name.clone(),
+            });
+        let shown: Vec<String> = shown.collect();
         lines.push(line(
             "arrays",
-            format!("{} (FILE#array=NAME)", arrays.join(", ")),
+            format!("{}; FILE#array=NAME draws another", shown.join(", ")),
         ));
         json["arrays"] = json!(arrays);
+        json["array"] = json!(drawn);
     }
     Ok((lines, json))
 }

@@ -54,15 +54,15 @@ pub fn colours_of(path: &Path, options: &LoadOptions) -> Result<Option<usize>, E
     Ok(colours.filter(|count| matches!(count, 3 | 4)))
 }
 
-/// The names of the arrays of a file of VTK, which may hold several; empty for other formats.
+/// The names of the arrays of a file of VTK, which may hold several, and of the one that is read by default; empty for other formats.
 ///
 /// # Errors
 /// As [`crate::load`] has them for headers.
-pub fn arrays_of(path: &Path) -> Result<Vec<String>, Error> {
+pub fn arrays_of(path: &Path) -> Result<(Vec<String>, Option<String>), Error> {
     match format::detect(path)? {
         Detected::Known(Format::Vti, _) => vti::array_names(path),
         Detected::Known(Format::Vtk, _) => vtk::array_names(path),
-        _ => Ok(Vec::new()),
+        _ => Ok((Vec::new(), None)),
     }
 }
 

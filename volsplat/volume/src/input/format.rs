@@ -74,14 +74,20 @@ pub(crate) enum Detected {
 /// Enough for every mark below: the latest one, of XML behind a comment, has no fixed place. A guess.
 const HEAD_BYTES: u64 = 4096;
 
+/// What to do with a NetCDF file.
+const NETCDF: &str = "a NetCDF file: in Python, fr.volsplat(xarray.open_dataset(FILE)[NAME]) draws a variable, and numpy.save(\"a.npy\", ...) makes a file of it";
+
 /// Marks of formats that people may hand in and that are not read here, with what to do.
-const NOT_READ: [(&[u8], &str); 7] = [
+const NOT_READ: [(&[u8], &str); 10] = [
     (b"glTF", "a mesh (glTF): the command texmap draws it"),
     (b"ply\n", "a mesh (PLY): the command texmap draws it"),
     (
         b"\x89HDF\r\n\x1a\n",
-        "an HDF5 file: write the data set to NRRD or .npy first",
+        "an HDF5 or NetCDF-4 file: in Python, fr.volsplat(xarray.open_dataset(FILE)[NAME]) draws a variable, and numpy.save(\"a.npy\", ...) makes a file of it",
     ),
+    (b"CDF\x01", NETCDF),
+    (b"CDF\x02", NETCDF),
+    (b"CDF\x05", NETCDF),
     (
         b"PK\x03\x04",
         "a ZIP archive (.npz, .zip): unpack it and give one file of it",

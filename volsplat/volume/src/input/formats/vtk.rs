@@ -37,11 +37,13 @@ pub(crate) fn colours(path: &Path, array: Option<&str>) -> Result<Option<usize>,
 }
 
 /// The names of all arrays of a file.
-pub(crate) fn array_names(path: &Path) -> Result<Vec<String>, Error> {
+pub(crate) fn array_names(path: &Path) -> Result<(Vec<String>, Option<String>), Error> {
     let (file, held) = open_sized(path)?;
     let mut bytes = BufReader::new(file);
     let head = Head::read(&mut bytes).map_err(|fault| fault.at(path))?;
-    Ok(Arrays::new(&mut bytes, held, head.is_binary).names())
+    let mut arrays = Arrays::new(&mut bytes, held, head.is_binary);
+    let read = arrays.find(None).ok().map(|array| array.name);
+    Ok((arrays.names(), read))
 }
 
 pub(crate) fn load(

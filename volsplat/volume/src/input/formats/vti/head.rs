@@ -272,13 +272,15 @@ fn name(node: Node) -> String {
     node.attribute("Name").unwrap_or_default().to_owned()
 }
 
-/// The names of all arrays, in the order of the file.
-pub(crate) fn array_names(xml: &str) -> Result<Vec<String>, Fault> {
+/// The names of all arrays, in the order of the file, and of the one that is read where none is named.
+pub(crate) fn array_names(xml: &str) -> Result<(Vec<String>, Option<String>), Fault> {
     check_tags(xml)?;
     let document = Document::parse(xml).map_err(|error| format!("the XML is broken: {error}"))?;
     check_kind(document.root_element())?;
     let piece = only_piece(child(document.root_element(), "ImageData")?)?;
-    Ok(arrays(piece).iter().map(|(_, node)| name(*node)).collect())
+    let names = arrays(piece).iter().map(|(_, node)| name(*node)).collect();
+    let read = chosen_array(piece, None).ok();
+    Ok((names, read.map(|(_, node)| name(node))))
 }
 
 fn chosen_array<'a>(

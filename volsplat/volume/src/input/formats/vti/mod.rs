@@ -77,7 +77,7 @@ pub(crate) fn colours(path: &Path, array: Option<&str>) -> Result<Option<usize>,
 }
 
 /// The names of all arrays of a file.
-pub(crate) fn array_names(path: &Path) -> Result<Vec<String>, Error> {
+pub(crate) fn array_names(path: &Path) -> Result<(Vec<String>, Option<String>), Error> {
     let (mut file, _) = open_sized(path)?;
     XmlText::read(&mut file)
         .and_then(|text| head::array_names(&text.xml))
