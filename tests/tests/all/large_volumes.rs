@@ -253,7 +253,7 @@ fn floats_and_their_gaps_agree_too() {
         .expect_err("a gap")
         .to_string();
     assert!(
-        refused.contains("(7, 100, 70)") && refused.contains("what replaces it"),
+        refused.contains("(7, 100, 70)") && refused.contains("--nan-as"),
         "{refused}"
     );
     scene.options.nan = NanPolicy::Replace(0.5);

@@ -147,7 +147,7 @@ fn missing_folders_and_unknown_formats_are_told_apart() {
         .expect_err("no options")
         .to_string();
     assert!(
-        text.contains("dimensions") && text.contains("type"),
+        text.contains("--dims") && text.contains("--type"),
         "{text}"
     );
     std::fs::write(&path, "NRRD0004\n").expect("write");

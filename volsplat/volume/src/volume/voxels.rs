@@ -413,7 +413,7 @@ fn non_finite_message(dims: [usize; 3], index: usize, value: f64) -> String {
         index / (dims[0] * dims[1]),
     ];
     let what = if value.is_nan() { "NaN" } else { "infinite" };
-    format!("voxel ({i},{j},{k}) is {what}; say what replaces it")
+    format!("voxel ({i},{j},{k}) is {what}: give --nan-as VALUE")
 }
 
 /// Typed voxels of a volume.
