@@ -27,6 +27,7 @@ mod info;
 mod limits;
 mod looks;
 mod motion;
+mod other_grid;
 mod pages;
 mod parts;
 mod planner;

@@ -121,7 +121,7 @@ struct Words {
     #[arg(long, value_name = "CHANNEL:LOOK",
         conflicts_with_all = ["labels", "transfer", "window", "preset", "colormap", "show_transfer"])]
     channel: Vec<ComponentLook>,
-    /// Also draw this volume (FILE or FILE#PART), on the same grid, with LOOK as in --channel; may be given several times
+    /// Also draw this volume (FILE or FILE#PART) with LOOK as in --channel, resampled where it lies on another grid; may be given several times
     #[arg(long, num_args = 2, value_names = ["FILE", "LOOK"])]
     also: Vec<String>,
 }

@@ -89,7 +89,7 @@ impl ReadingArgs {
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Channels, labels, masks")]
 pub struct SceneArgs {
-    /// Mask volume of the same dimensions: samples whose nearest mask voxel is 0 are hidden
+    /// Mask volume: samples whose nearest mask voxel is 0 are hidden; resampled where it lies on another grid
     #[arg(long, value_name = "FILE")]
     pub mask: Option<PathBuf>,
     /// The values are labels: never interpolated, each with a colour of its own; 0 is not drawn

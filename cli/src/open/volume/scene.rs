@@ -7,11 +7,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
+use glam::DVec3;
 use resample_io::Gate;
 use serde_json::{Value, json};
 use volsplat::input::ColourVoxels;
-use volsplat::{Channel, LabelLook, LoadOptions, Scene, Volume};
+use volsplat::volume::Between;
+use volsplat::{Channel, Described, LabelLook, LoadOptions, Scene, Volume};
 
 use crate::args::{SceneArgs, VolsplatArgs};
 use crate::look;
@@ -46,7 +48,18 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
     }
     let mut channels = main_channels(args, &options)?;
     for (place, also) in scene.channels.also.iter().enumerate() {
+        let between = match also.look.word.as_deref() {
+            Some("labels") => Between::Nearest,
+            _ => Between::Linear,
+        };
         let volume = beside(&also.file, &options)?;
+        let volume = on_grid(
+            volume,
+            (&also.file, between),
+            &channels[0].volume,
+            &args.input,
+            gate,
+        )?;
         channels.push(ChannelVolume {
             volume: volume.into(),
             source: LookSource::Also(place),
@@ -60,11 +73,16 @@ pub(crate) fn load(args: &VolsplatArgs, gate: &Gate) -> Result<Volumes> {
     }
     let mask = match (held.and_then(|held| held.mask.clone()), &scene.mask) {
         (Some(mask), _) => Some(mask),
-        (None, Some(path)) => Some(beside(&InputFile::of(path.into()), &options)?.into()),
+        (None, Some(path)) => {
+            let file = InputFile::of(path.into());
+            let mask = beside(&file, &options)?;
+            let own = (&file, Between::Nearest);
+            Some(on_grid(mask, own, &channels[0].volume, &args.input, gate)?.into())
+        }
         (None, None) => None,
     };
     if let Some(mask) = &mask {
-        check_mask(mask, &channels[0].volume, scene.mask.as_deref())?;
+        check_mask(mask, &channels[0].volume)?;
     }
     Ok(Volumes { channels, mask })
 }
@@ -285,12 +303,56 @@ fn beside(file: &InputFile, options: &LoadOptions) -> Result<Volume> {
     Ok(volsplat::load(&file.path, &with_part(own, file)?)?)
 }
 
-fn check_mask(mask: &Volume, grid: &Volume, file: Option<&Path>) -> Result<()> {
+/// The volume of a file on the grid of the first: as it is where it lies there, and resampled with a note where it does not.
+fn on_grid(
+    volume: Volume,
+    (file, between): (&InputFile, Between),
+    first: &Volume,
+    first_file: &InputFile,
+    gate: &Gate,
+) -> Result<Volume> {
+    let grid = first.lattice();
+    if volume.lies_on(&grid) {
+        return Ok(volume);
+    }
+    if volume.space.is_none() && first.space.is_none() && volume.dims != first.dims {
+        let own = volume.lattice();
+        let is_unplaced =
+            own.world_from_index.translation == DVec3::ZERO && own.spacing() == [1.0; 3];
+        if is_unplaced {
+            let text = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
+            bail!(
+                "{file}: {} voxels without a place, but {first_file} has {}: expected the same dimensions, or a header that says where they lie",
+                text(volume.dims),
+                text(first.dims)
+            );
+        }
+    }
+    gate.ask(
+        4 * first.len() as u64,
+        "the voxels on the first volume's grid",
+    )
+    .map_err(|what| anyhow!("{file}: {what}"))?;
+    let outside = match between {
+        Between::Nearest => 0.0,
+        Between::Linear => volume.value_range().0,
+    };
+    report::say(&format!(
+        "note: {file} lies on another grid: resampled to that of {first_file}{}",
+        match between {
+            Between::Nearest => " by its nearest voxels",
+            Between::Linear => "",
+        }
+    ));
+    let moved = volume.on_grid(&grid, between, outside);
+    moved.with_context(|| file.to_string())
+}
+
+fn check_mask(mask: &Volume, grid: &Volume) -> Result<()> {
     if mask.dims != grid.dims {
         let text = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
         bail!(
-            "{}: the mask has {} voxels, the volume has {}; expected the same dimensions",
-            file.unwrap_or(Path::new("mask")).display(),
+            "mask: it has {} voxels, the volume has {}; expected the same dimensions",
             text(mask.dims),
             text(grid.dims)
         );

@@ -146,10 +146,7 @@ fn missing_folders_and_unknown_formats_are_told_apart() {
     let text = load(&path, &LoadOptions::default())
         .expect_err("no options")
         .to_string();
-    assert!(
-        text.contains("--dims") && text.contains("--type"),
-        "{text}"
-    );
+    assert!(text.contains("--dims") && text.contains("--type"), "{text}");
     std::fs::write(&path, "NRRD0004\n").expect("write");
     let text = load(&path, &options([9, 1, 1], VoxelType::U8))
         .expect_err("both")

@@ -7,10 +7,14 @@ mod voxels;
 mod voxel_type;
 pub mod histogram;
 pub mod procedural;
+#[cfg(feature = "input")]
+mod regrid;
 mod slices;
 mod steps;
 
 pub use histogram::Histogram;
+#[cfg(feature = "input")]
+pub use regrid::Between;
 pub use slices::Slice;
 pub use steps::Steps;
 pub use voxel_type::{Endian, VoxelType};
