@@ -34,6 +34,7 @@
 
 #[cfg(feature = "input")]
 pub mod background;
+pub mod scene_camera;
 #[cfg(feature = "input")]
 pub mod input;
 

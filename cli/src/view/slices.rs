@@ -6,6 +6,7 @@
 use anyhow::Result;
 use resample_core::Image;
 use resample_core::image::{linear_from_srgb, srgb_from_linear};
+use resample_core::narrow::single;
 use volsplat::volume::Slice;
 
 use crate::look::channel_look;
@@ -54,7 +55,7 @@ pub(crate) fn picture(
     }
     let mut image = Image::transparent(size[0], size[1]);
     for (pixel, code) in image.rgba.iter_mut().zip(codes) {
-        let [r, g, b] = code.map(|code| linear_from_srgb(code.clamp(0.0, 1.0) as f32));
+        let [r, g, b] = code.map(|code| linear_from_srgb(single(code.clamp(0.0, 1.0))));
         *pixel = [r, g, b, 1.0];
     }
     Ok(image)

@@ -2,8 +2,6 @@
 //!
 //! [`OpenMesh`] checks the options before it reads the mesh, and writes nothing before it has checked all input.
 
-pub(crate) mod scene_camera;
-
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, bail};
@@ -14,6 +12,7 @@ use resample_io::figure::Figure;
 use serde_json::{Value, json};
 use texmap::input::{LightMaps, SceneChoice, Unreadable};
 use texmap::scene::Mesh;
+use texmap::scene_camera;
 use texmap::{
     FrameStats, LoadOptions, Loaded, PlaneKind, Pose, RenderOptions, Renderer, Scene, Shade,
     Textures,
@@ -293,7 +292,8 @@ fn cameras(
             plan.cameras(&request(args), (&extent, stance(args)), &mut measure)
         }
         Some(name) => {
-            let camera = scene_camera::named(&scene.cameras, name, args.camera.size, bounds);
+            let size = args.camera.size.map(|size| [size.width, size.height]);
+            let camera = scene_camera::named(&scene.cameras, name, size, bounds);
             plan.checked(vec![
                 camera.with_context(|| args.input.path.display().to_string())?,
             ])

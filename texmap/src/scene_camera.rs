@@ -4,30 +4,40 @@
 //! view is the file's; the width follows from the picture's proportions.
 //! Limits: near and far planes of the file are not used; nothing within sight is cut off.
 
-use anyhow::{Result, bail};
 use glam::DVec3;
-use resample_core::{Camera, LookAt};
-use texmap::scene::{SceneCamera, SceneLens};
+use resample_core::{Camera, Error, LookAt};
 
-use crate::plan::DEFAULT_SIZE;
-use crate::values::Size;
+use crate::scene::{SceneCamera, SceneLens};
 
-/// The camera called `word`, or of that number from 0, for a scene with bounding box `bounds`.
-pub(crate) fn named(
+/// Height of a picture without a size of its own, px.
+const DEFAULT_HEIGHT_PX: u32 = 800;
+
+/// The camera called `word`, or of that number from 0, for a scene with bounding box `bounds`; width and height in px.
+///
+/// # Errors
+/// There is no such camera, or it cannot be used.
+pub fn named(
     cameras: &[SceneCamera],
     word: &str,
-    size: Option<Size>,
+    size: Option<[u32; 2]>,
     bounds: [DVec3; 2],
-) -> Result<Camera> {
+) -> Result<Camera, Error> {
     let by_name = cameras.iter().find(|camera| camera.name == word);
     let found = by_name.or_else(|| cameras.get(word.parse::<usize>().ok()?));
     match found {
         Some(camera) => placed(camera, size, bounds),
-        None => bail!("--camera-name {word}: no such camera: {}", list(cameras)),
+        None => Err(Error::Option(format!(
+            "--camera-name {word}: no such camera: {}",
+            list(cameras)
+        ))),
     }
 }
 
-fn placed(camera: &SceneCamera, size: Option<Size>, bounds: [DVec3; 2]) -> Result<Camera> {
+fn placed(
+    camera: &SceneCamera,
+    size: Option<[u32; 2]>,
+    bounds: [DVec3; 2],
+) -> Result<Camera, Error> {
     let pose = &camera.world_from_camera;
     let (position, forward) = (pose.translation, -pose.matrix3.z_axis);
     // The distance of the target decides the near plane only: that of the farthest corner suits what is shown.
@@ -42,23 +52,23 @@ fn placed(camera: &SceneCamera, size: Option<Size>, bounds: [DVec3; 2]) -> Resul
         up: pose.matrix3.y_axis,
     };
     let size = size.unwrap_or_else(|| own_size(&camera.lens));
-    let size = [size.width, size.height];
-    Ok(match camera.lens {
-        SceneLens::Perspective { fov_y_rad, .. } => Camera::perspective(&look, fov_y_rad, size)?,
-        SceneLens::Orthographic { size: view } => Camera::orthographic(&look, view.y, size)?,
-    })
+    let made = match camera.lens {
+        SceneLens::Perspective { fov_y_rad, .. } => Camera::perspective(&look, fov_y_rad, size),
+        SceneLens::Orthographic { size: view } => Camera::orthographic(&look, view.y, size),
+    };
+    made.map_err(|error| Error::Option(error.to_string()))
 }
 
 /// The default height, and the width that the file's proportions give.
-fn own_size(lens: &SceneLens) -> Size {
+fn own_size(lens: &SceneLens) -> [u32; 2] {
     let aspect = match *lens {
         SceneLens::Perspective { aspect, .. } => aspect.unwrap_or(1.0),
         SceneLens::Orthographic { size } => size.x / size.y,
     };
-    let height = DEFAULT_SIZE.height;
+    let height = DEFAULT_HEIGHT_PX;
     let widest = f64::from(resample_core::camera::MAX_SIDE_PX);
     let width = (f64::from(height) * aspect).round().clamp(1.0, widest) as u32;
-    Size { width, height }
+    [width, height]
 }
 
 fn list(cameras: &[SceneCamera]) -> String {
@@ -136,10 +146,7 @@ mod tests {
             (1600, 400),
             "proportions of the file"
         );
-        let size = Some(Size {
-            width: 10,
-            height: 20,
-        });
+        let size = Some([10, 20]);
         assert_eq!(
             (camera("0", size).width, camera("0", size).height),
             (10, 20),
