@@ -260,7 +260,7 @@ function presets() {
         setOption("preset", name);
         changed({ panel: true });
       },
-    }, image ? make("img", { src: image, alt: "" }) : make("span", { className: "empty" }), name));
+    }, image && image !== NO_PICTURE ? make("img", { src: image, alt: "" }) : make("span", { className: "empty" }), name));
   }
   return box;
 }
@@ -273,9 +273,12 @@ function askThumbnails() {
   if (next) send({ type: "thumbnail", preset: next, ...view([96, 96]) });
 }
 
+// In place of a picture that cannot be drawn.
+const NO_PICTURE = "none";
+
 // One that cannot be drawn leaves its place empty; the others follow.
 function thumbnailFailed(name) {
-  waiting.pictures[name] = "data:,";
+  waiting.pictures[name] = NO_PICTURE;
   askThumbnails();
 }
 

@@ -36,7 +36,7 @@ function showSlices() {
     onchange: (event) => setSliceWindow(state.slices.window.with(i, Number(event.target.value))),
   });
   const figures = AXES.map((name, axis) => {
-    const sides = [[1, 2], [0, 2], [0, 1]][axis];
+    const sides = SIDES[axis];
     const plot = make("canvas", { id: `slice-${axis}`, title: "Click to choose a voxel; drag with the right button to change the window" });
     plot.style.aspectRatio = `${dims[sides[0]] * spacing[sides[0]]} / ${dims[sides[1]] * spacing[sides[1]]}`;
     watchSlice(plot, axis, sides);
@@ -105,6 +105,41 @@ async function sliceArrived(axis, blob) {
   if (isOld) askSlices([axis]);
 }
 
+// The axes of the grid to the right and down in the slice across an axis.
+const SIDES = [[1, 2], [0, 2], [0, 1]];
+
+// The letter of the patient's side that a direction points to; null where the file names none.
+function sideOf(direction) {
+  const letters = patientSides();
+  if (!letters) return null;
+  const sizes = direction.map(Math.abs);
+  const axis = sizes.indexOf(Math.max(...sizes));
+  const opposite = { L: "R", R: "L", A: "P", P: "A", S: "I", I: "S" };
+  return direction[axis] > 0 ? letters[axis] : opposite[letters[axis]];
+}
+
+// Whether a slice is shown mirrored, to the right and down: the patient's left is on the right and the front on the left or on top, as in
+// radiology; elsewhere up is where the first view has it.
+function mirrored(axis) {
+  const [across, down] = SIDES[axis].map((side) => unit(state.scene.volume.axes[side]));
+  // The server has z go up, and y down.
+  const below = axis === 2 ? down : mul(down, -1);
+  const up = dot(state.start.up, below);
+  if (!patientSides()) return [false, up > 0.5];
+  return [["R", "A"].includes(sideOf(across)), ["A", "S"].includes(sideOf(below))];
+}
+
+// The place of a voxel in a slice, 0 to 1 from the left and from the top.
+function inSlice(axis, at) {
+  const { dims } = state.scene.volume;
+  const [across, down] = SIDES[axis];
+  const [isLeft, isUp] = mirrored(axis);
+  const x = (at[across] + 0.5) / dims[across];
+  const row_ = axis === 2 ? at[down] : dims[down] - 1 - at[down];
+  const y = (row_ + 0.5) / dims[down];
+  return [isLeft ? 1 - x : x, isUp ? 1 - y : y];
+}
+
 // The slices with lines where the others lie.
 function drawCrosses() {
   for (const axis of [0, 1, 2]) {
@@ -115,12 +150,14 @@ function drawCrosses() {
     [plot.width, plot.height] = [box.width * ratio, box.height * ratio];
     const context = plot.getContext("2d");
     context.imageSmoothingEnabled = false;
+    const [isLeft, isUp] = mirrored(axis);
+    context.save();
+    context.translate(isLeft ? plot.width : 0, isUp ? plot.height : 0);
+    context.scale(isLeft ? -1 : 1, isUp ? -1 : 1);
     context.drawImage(plot.bitmap, 0, 0, plot.width, plot.height);
-    const { dims } = state.scene.volume;
-    const [across, down] = [[1, 2], [0, 2], [0, 1]][axis];
-    const x = ((state.slices.at[across] + 0.5) / dims[across]) * plot.width;
-    const row_ = axis === 2 ? state.slices.at[down] : dims[down] - 1 - state.slices.at[down];
-    const y = ((row_ + 0.5) / dims[down]) * plot.height;
+    context.restore();
+    const [across, down] = SIDES[axis];
+    const [x, y] = inSlice(axis, state.slices.at).map((share, k) => share * [plot.width, plot.height][k]);
     const colours = ["#ff6b6b", "#7bd88f", "#6ab0ff"];
     for (const [colour, ends] of [[colours[across], [x, 0, x, plot.height]], [colours[down], [0, y, plot.width, y]]]) {
       context.strokeStyle = colour;
@@ -130,7 +167,26 @@ function drawCrosses() {
       context.lineTo(ends[2], ends[3]);
       context.stroke();
     }
+    context.globalAlpha = 1;
+    drawSides(context, axis, ratio);
   }
+}
+
+// Letters of the patient's sides on the left and on top.
+function drawSides(context, axis, ratio) {
+  if (!patientSides()) return;
+  const [across, down] = SIDES[axis].map((side) => unit(state.scene.volume.axes[side]));
+  const [isLeft, isUp] = mirrored(axis);
+  const below = axis === 2 ? down : mul(down, -1);
+  const { width, height } = context.canvas;
+  context.font = `${12 * ratio}px system-ui, sans-serif`;
+  context.fillStyle = "#ffd54a";
+  context.textBaseline = "middle";
+  context.textAlign = "left";
+  context.fillText(sideOf(mul(across, isLeft ? 1 : -1)), 4 * ratio, height / 2);
+  context.textBaseline = "top";
+  context.textAlign = "center";
+  context.fillText(sideOf(mul(below, isUp ? 1 : -1)), width / 2, 4 * ratio);
 }
 
 function watchSlice(plot, axis, [across, down]) {
@@ -138,9 +194,10 @@ function watchSlice(plot, axis, [across, down]) {
   const choose = (event) => {
     const box = plot.getBoundingClientRect();
     const { dims } = state.scene.volume;
-    const index = (share, n) => Math.min(n - 1, Math.max(0, Math.floor(share * n)));
-    const x = index((event.clientX - box.left) / box.width, dims[across]);
-    const y = index((event.clientY - box.top) / box.height, dims[down]);
+    const [isLeft, isUp] = mirrored(axis);
+    const index = (share, n, isTurned) => Math.min(n - 1, Math.max(0, Math.floor((isTurned ? 1 - share : share) * n)));
+    const x = index((event.clientX - box.left) / box.width, dims[across], isLeft);
+    const y = index((event.clientY - box.top) / box.height, dims[down], isUp);
     rememberSteps();
     state.slices.at = state.slices.at.with(across, x).with(down, axis === 2 ? y : dims[down] - 1 - y);
     askSlices([across, down]);
