@@ -33,7 +33,7 @@ mod _native {
     #[pymodule_export]
     use super::scene::{Scene, Viewer, check, vector_level};
     #[pymodule_export]
-    use super::words::options;
+    use super::words::{kinds, options};
 
     /// The version of the program whose pictures these are.
     #[pymodule_export]

@@ -49,6 +49,40 @@ pub(crate) fn options(name: &str) -> PyResult<Vec<(String, String)>> {
         .collect())
 }
 
+/// Name, kind and choices of each option of a command, for typed signatures. Kinds: `flag`; `value`, `optional` (a value or True), `list`
+/// (numbers with commas between them), `size`, `several` (lists of values).
+#[pyfunction]
+pub(crate) fn kinds(name: &str) -> PyResult<Vec<(String, &'static str, Vec<String>)>> {
+    let command = command(application(name)?);
+    let kind = |arg: &Arg| {
+        if !matches!(arg.get_action(), ArgAction::Set | ArgAction::Append) {
+            return "flag";
+        }
+        let count = arg.get_num_args();
+        let most = count.map_or(1, |range| range.max_values());
+        let least = count.map_or(1, |range| range.min_values());
+        if most > 1 || matches!(arg.get_action(), ArgAction::Append) {
+            "several"
+        } else if least == 0 {
+            "optional"
+        } else if ["WxH", "CxR"].contains(&value_name(arg)) {
+            "size"
+        } else if value_name(arg).contains(',') {
+            "list"
+        } else {
+            "value"
+        }
+    };
+    let choices = |arg: &Arg| {
+        let values = arg.get_possible_values();
+        values.iter().map(|value| value.get_name().to_owned()).collect()
+    };
+    Ok(known(&command)
+        .filter(|arg| !arg.is_hide_set())
+        .filter_map(|arg| Some((arg.get_long()?.replace('-', "_"), kind(arg), choices(arg))))
+        .collect())
+}
+
 /// The words of keyword arguments, in their order.
 pub(crate) fn named(application: Application, given: &Bound<'_, PyDict>) -> PyResult<Vec<Named>> {
     let command = command(application);

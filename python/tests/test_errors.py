@@ -92,3 +92,14 @@ def test_a_scene_goes_on_after_an_error():
 def test_warnings_are_pythons():
     with pytest.warns(fr.ResampleWarning, match="nothing is visible"):
         fr.volsplat(RAMP, window=(5000, 10), size=(8, 8))
+
+
+def test_typed_options_are_those_of_the_command_line():
+    import forward_resample._options as module
+    import typed_options
+
+    with open(module.__file__, encoding="utf-8") as file:
+        written = file.read()
+    assert written == typed_options.text(), "run python/tests/typed_options.py"
+    assert "slab" in module.VolumeOptions.__annotations__
+    assert "from_" in module.DepthOptions.__annotations__

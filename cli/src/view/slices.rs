@@ -81,7 +81,7 @@ fn add(codes: &mut [[f64; 3]], slice: &Slice, ramp: &Ramp) {
     }
 }
 
-/// The colours of labels; what has none is black.
+/// The colours of labels; a voxel without one is black.
 fn paint(codes: &mut [[f64; 3]], slice: &Slice, open: &OpenVolume) {
     let labels = open.labels();
     for (code, value) in codes.iter_mut().zip(&slice.values) {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, Optional
+from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,11 @@ from . import _native
 from ._arrays import as_array
 from ._picture import Picture
 from ._scene import Progress, Scene, as_json, say
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import DepthCall, DepthOptions, DepthPictures, DepthRender
 
 #: Largest codes of whole numbers.
 _LARGEST = {"u1": 255, "u2": 65535, "u4": 2**32 - 1, "i1": 127, "i2": 32767, "i4": 2**31 - 1}
@@ -42,6 +47,16 @@ class DepthImage(Scene):
         TypeError: there is no such option.
     """
 
+    if TYPE_CHECKING:
+
+        def render(  # type: ignore[override]
+            self, camera: Any = None, *, progress: Progress = None, **options: Unpack[DepthRender]
+        ) -> Picture: ...
+
+        def pictures(  # type: ignore[override]
+            self, *, progress: Progress = None, **options: Unpack[DepthPictures]
+        ) -> Iterator[Picture]: ...
+
     def __init__(
         self,
         colour: Any,
@@ -53,7 +68,7 @@ class DepthImage(Scene):
         pose_is: str = "camera_from_world",
         pixel_centre: str = "integer",
         threads: Optional[int] = None,
-        **options: Any,
+        **options: Unpack[DepthCall],
     ):
         if pose_is not in ("camera_from_world", "world_from_camera"):
             raise ValueError(f"pose_is: expected camera_from_world or world_from_camera, got '{pose_is}'")
@@ -149,7 +164,7 @@ def warp(
     K_to: Optional[npt.ArrayLike] = None,
     size: Optional[Sequence[int]] = None,
     progress: Progress = None,
-    **options: Any,
+    **options: Unpack[DepthOptions],
 ) -> Picture:
     """Draws a picture with depth as another camera sees it; see :class:`DepthImage` for the arguments.
 

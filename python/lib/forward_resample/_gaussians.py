@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Optional
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,11 @@ from . import _native
 from ._arrays import as_array, table
 from ._picture import Picture
 from ._scene import Progress, Scene
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import GaussiansCall, GaussiansOptions, GaussiansPictures, GaussiansRender
 
 #: The constant of the spherical harmonics of degree 0: sqrt(1/4pi).
 _C0 = 0.28209479177387814
@@ -46,6 +52,16 @@ class Gaussians(Scene):
     ValueError: scales: row 0 has a number below 0: expected standard deviations, not their logarithms
     """
 
+    if TYPE_CHECKING:
+
+        def render(  # type: ignore[override]
+            self, camera: Any = None, *, progress: Progress = None, **options: Unpack[GaussiansRender]
+        ) -> Picture: ...
+
+        def pictures(  # type: ignore[override]
+            self, *, progress: Progress = None, **options: Unpack[GaussiansPictures]
+        ) -> Iterator[Picture]: ...
+
     def __init__(
         self,
         means: Any,
@@ -57,7 +73,7 @@ class Gaussians(Scene):
         colours: Any = None,
         blend: str = "srgb",
         threads: Optional[int] = None,
-        **options: Any,
+        **options: Unpack[GaussiansCall],
     ):
         self._options = self._given(options)
         _native.check("gaussians", ["means"], self._options)
@@ -84,7 +100,7 @@ def splats(
     colours: Any = None,
     blend: str = "srgb",
     progress: Progress = None,
-    **options: Any,
+    **options: Unpack[GaussiansOptions],
 ) -> Picture:
     """Draws 3-D Gaussians once; see :class:`Gaussians` for the arrays, and :meth:`Gaussians.render` for the other arguments.
 
@@ -92,9 +108,10 @@ def splats(
     >>> picture.shape
     (33, 33, 4)
     """
+    call: dict[str, Any] = {**options}
     if size is not None:
-        options["size"] = size
-    scene = Gaussians(means, quats, scales, opacities, sh, colours=colours, blend=blend, **options)
+        call["size"] = size
+    scene = Gaussians(means, quats, scales, opacities, sh, colours=colours, blend=blend, **call)
     return scene.render(camera, progress=progress)
 
 

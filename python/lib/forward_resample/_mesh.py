@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Optional
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,11 @@ from . import _native
 from ._arrays import as_array, table
 from ._picture import Picture
 from ._scene import Progress, Scene
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import MeshCall, MeshOptions, MeshPictures, MeshRender
 
 #: Options that are read with the mesh; all others change how it is drawn.
 _TAKEN_OVER = ("environment", "texture", "max_memory")
@@ -46,6 +52,16 @@ class Mesh(Scene):
     ValueError: faces: a face has the vertex 3, but there are 3
     """
 
+    if TYPE_CHECKING:
+
+        def render(  # type: ignore[override]
+            self, camera: Any = None, *, progress: Progress = None, **options: Unpack[MeshRender]
+        ) -> Picture: ...
+
+        def pictures(  # type: ignore[override]
+            self, *, progress: Progress = None, **options: Unpack[MeshPictures]
+        ) -> Iterator[Picture]: ...
+
     def __init__(
         self,
         vertices: Any,
@@ -56,7 +72,7 @@ class Mesh(Scene):
         normals: Any = None,
         colours: Any = None,
         threads: Optional[int] = None,
-        **options: Any,
+        **options: Unpack[MeshCall],
     ):
         self._options = self._given(options)
         if isinstance(texture, (str, os.PathLike)):
@@ -88,7 +104,7 @@ def texmap(
     normals: Any = None,
     colours: Any = None,
     progress: Progress = None,
-    **options: Any,
+    **options: Unpack[MeshOptions],
 ) -> Picture:
     """Draws a mesh once; see :class:`Mesh` for what it is made of, and :meth:`Mesh.render` for the other arguments.
 
@@ -98,9 +114,10 @@ def texmap(
     >>> bool(picture[32, 32, 3] == 1)
     True
     """
+    call: dict[str, Any] = {**options}
     if size is not None:
-        options["size"] = size
-    mesh = Mesh(vertices, faces, uv, texture, normals=normals, colours=colours, **options)
+        call["size"] = size
+    mesh = Mesh(vertices, faces, uv, texture, normals=normals, colours=colours, **call)
     return mesh.render(camera, progress=progress)
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Optional
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,11 @@ from . import _native
 from ._arrays import as_array, table
 from ._picture import Picture
 from ._scene import Progress, Scene
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import PointsCall, PointsOptions, PointsPictures, PointsRender
 
 
 class Points(Scene):
@@ -41,6 +47,16 @@ class Points(Scene):
     ValueError: colours: expected 1200 rows, one for each position, got 1
     """
 
+    if TYPE_CHECKING:
+
+        def render(  # type: ignore[override]
+            self, camera: Any = None, *, progress: Progress = None, **options: Unpack[PointsRender]
+        ) -> Picture: ...
+
+        def pictures(  # type: ignore[override]
+            self, *, progress: Progress = None, **options: Unpack[PointsPictures]
+        ) -> Iterator[Picture]: ...
+
     def __init__(
         self,
         positions: Any,
@@ -49,7 +65,7 @@ class Points(Scene):
         intensities: Any = None,
         classes: Any = None,
         threads: Optional[int] = None,
-        **options: Any,
+        **options: Unpack[PointsCall],
     ):
         self._options = self._given(options)
         _native.check("points", ["positions"], self._options)
@@ -72,7 +88,7 @@ def points(
     intensities: Any = None,
     classes: Any = None,
     progress: Progress = None,
-    **options: Any,
+    **options: Unpack[PointsOptions],
 ) -> Picture:
     """Draws a scan once; see :class:`Points` for the arrays, and :meth:`Points.render` for the other arguments.
 
@@ -81,9 +97,10 @@ def points(
     >>> picture.shape
     (33, 33, 4)
     """
+    call: dict[str, Any] = {**options}
     if size is not None:
-        options["size"] = size
-    scene = Points(positions, colours, intensities=intensities, classes=classes, **options)
+        call["size"] = size
+    scene = Points(positions, colours, intensities=intensities, classes=classes, **call)
     return scene.render(camera, progress=progress)
 
 

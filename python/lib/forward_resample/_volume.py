@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
-from typing import Any, Optional
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Optional
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,11 @@ from ._arrays import as_array, scalars
 from ._picture import Picture
 from ._scene import Progress, Scene
 from ._transfer import is_known, transfer_options
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import VolumeCall, VolumeOptions, VolumePictures, VolumeRender
 
 #: Options that change the voxels themselves, or are refused for arrays; all others change how voxels are drawn.
 _TAKEN_OVER = ("nan_as", "rescale_values", "max_memory", "dims", "type", "endian", "skip")
@@ -73,6 +79,16 @@ class Volume(Scene):
     ValueError: data: expected three axes (z, y, x), got the shape (4, 5)
     """
 
+    if TYPE_CHECKING:
+
+        def render(  # type: ignore[override]
+            self, camera: Any = None, *, progress: Progress = None, **options: Unpack[VolumeRender]
+        ) -> Picture: ...
+
+        def pictures(  # type: ignore[override]
+            self, *, progress: Progress = None, **options: Unpack[VolumePictures]
+        ) -> Iterator[Picture]: ...
+
     def __init__(
         self,
         data: Any,
@@ -85,7 +101,7 @@ class Volume(Scene):
         mask: Any = None,
         also: Any = (),
         threads: Optional[int] = None,
-        **options: Any,
+        **options: Unpack[VolumeCall],
     ):
         self._options = {}
         given = {**options, **({} if transfer is None else {"transfer": transfer})}
@@ -159,7 +175,7 @@ def volsplat(
     size: Optional[tuple[int, int]] = None,
     *,
     progress: Progress = None,
-    **options: Any,
+    **options: Unpack[VolumeOptions],
 ) -> Picture:
     """Draws a volume once; see :class:`Volume` for the arguments that place it, and :meth:`Volume.render` for the others.
 
@@ -172,9 +188,10 @@ def volsplat(
     Traceback (most recent call last):
     TypeError: volsplat has no option 'slabb'; did you mean 'slab'?
     """
+    call: dict[str, Any] = {**options}
     if size is not None:
-        options["size"] = size
-    return Volume(array, spacing, origin, direction, transfer, **options).render(camera, progress=progress)
+        call["size"] = size
+    return Volume(array, spacing, origin, direction, transfer, **call).render(camera, progress=progress)
 
 
 def _vector(value: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:

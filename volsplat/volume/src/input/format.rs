@@ -74,7 +74,7 @@ pub(crate) enum Detected {
 /// Enough for every mark below: the latest one, of XML behind a comment, has no fixed place. A guess.
 const HEAD_BYTES: u64 = 4096;
 
-/// What to do with a NetCDF file.
+/// The way to draw a NetCDF file.
 const NETCDF: &str = "a NetCDF file: in Python, fr.volsplat(xarray.open_dataset(FILE)[NAME]) draws a variable, and numpy.save(\"a.npy\", ...) makes a file of it";
 
 /// Marks of formats that people may hand in and that are not read here, with what to do.

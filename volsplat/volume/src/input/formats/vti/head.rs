@@ -272,7 +272,7 @@ fn name(node: Node) -> String {
     node.attribute("Name").unwrap_or_default().to_owned()
 }
 
-/// The names of all arrays, in the order of the file, and of the one that is read where none is named.
+/// The names of all arrays, in the order of the file, and of the one that is read by default.
 pub(crate) fn array_names(xml: &str) -> Result<(Vec<String>, Option<String>), Fault> {
     check_tags(xml)?;
     let document = Document::parse(xml).map_err(|error| format!("the XML is broken: {error}"))?;
