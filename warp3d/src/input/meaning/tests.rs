@@ -180,7 +180,7 @@ fn a_meaning_that_is_not_complete_says_what_is_missing() {
     };
     let of = DepthMeaning::of;
     assert!(
-        said(of(DepthKind::Z), Stored::Code(65_535)).contains("depth scale"),
+        said(of(DepthKind::Z), Stored::Code(65_535)).contains("--depth-scale"),
         "scale of whole numbers"
     );
     assert!(
@@ -188,7 +188,7 @@ fn a_meaning_that_is_not_complete_says_what_is_missing() {
         "baseline"
     );
     assert!(
-        said(of(DepthKind::Mpeg), Stored::Code(255)).contains("near and far"),
+        said(of(DepthKind::Mpeg), Stored::Code(255)).contains("--near and --far"),
         "planes"
     );
     let swapped = DepthMeaning {
