@@ -75,7 +75,10 @@ pub(crate) fn kinds(name: &str) -> PyResult<Vec<(String, &'static str, Vec<Strin
     };
     let choices = |arg: &Arg| {
         let values = arg.get_possible_values();
-        values.iter().map(|value| value.get_name().to_owned()).collect()
+        values
+            .iter()
+            .map(|value| value.get_name().to_owned())
+            .collect()
     };
     Ok(known(&command)
         .filter(|arg| !arg.is_hide_set())

@@ -361,6 +361,12 @@ impl Studio {
         small
             .changes
             .insert("preset".to_owned(), vec![preset.to_owned()]);
+        // Small pictures show the look, and a projection has no light that could be blocked.
+        for switch in ["shadows", "occlusion"] {
+            small
+                .changes
+                .insert(switch.to_owned(), vec!["off".to_owned()]);
+        }
         self.subject.prepare(&small, Exactness::Fast)?;
         let (camera, _) = self.subject.camera(&small)?;
         let start = Instant::now();

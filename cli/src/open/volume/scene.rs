@@ -352,7 +352,7 @@ fn check_mask(mask: &Volume, grid: &Volume) -> Result<()> {
     if mask.dims != grid.dims {
         let text = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
         bail!(
-            "mask: it has {} voxels, the volume has {}; expected the same dimensions",
+            "the mask has {} voxels, the volume has {}; expected the same dimensions",
             text(mask.dims),
             text(grid.dims)
         );

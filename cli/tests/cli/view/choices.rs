@@ -36,7 +36,12 @@ fn changes_of_the_page_replace_typed_options_that_exclude_them() {
 #[test]
 fn every_preset_has_its_picture_whatever_was_typed() {
     let bench = Bench::new();
-    for words in ["--shade phong", "--blend maximum", "--iso 100"] {
+    for words in [
+        "--shade phong",
+        "--shadows --light 1,1,1",
+        "--blend maximum",
+        "--iso 100",
+    ] {
         let viewer = Viewer::start(&bench, &format!("ball.raw {BALL} {words}"));
         let mut page = viewer.page();
         let scene = page.hear("scene");

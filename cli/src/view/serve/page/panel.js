@@ -258,6 +258,7 @@ function presets() {
         state.curve = null;
         for (const other of ["window", "colormap", "shade", "blend", "light"]) setOption(other);
         setOption("preset", name);
+        settle("preset");
         changed({ panel: true });
       },
     }, image && image !== NO_PICTURE ? make("img", { src: image, alt: "" }) : make("span", { className: "empty" }), name));
