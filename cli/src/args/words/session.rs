@@ -41,23 +41,30 @@ pub(crate) fn expanded(words: Vec<OsString>) -> Result<Vec<OsString>> {
         .iter()
         .filter_map(|word| option(word.to_str()?))
         .collect();
-    let named = words
-        .get(1)
-        .and_then(|word| word.to_str())
-        .unwrap_or_default();
+    let named = words.get(1).and_then(|word| word.to_str());
+    // Without a command it is that of the session.
+    let (named, begin) = match named.filter(|word| !word.starts_with('-')) {
+        Some(named) => (named, 2),
+        None => (command.as_str(), 1),
+    };
     if named != "view" && named != command {
         bail!(
             "{}: a session of `resample {command}`, not of `resample {named}`",
             path.display()
         );
     }
-    let mut all = words[..2].to_vec();
-    let kept = first
-        .iter()
-        .filter(|word| option(word).is_none_or(|name| !typed.contains(name)));
-    // One word of a value never stands alone: sessions have options with their value behind `=`.
-    all.extend(kept.map(OsString::from));
-    all.extend_from_slice(&words[2..place]);
+    let mut all = vec![words[0].clone(), named.into()];
+    // Files that are typed take the place of the session's: names come before options.
+    let is_name = |word: &&OsString| !word.to_string_lossy().starts_with('-');
+    let files = words[begin..place].iter().take_while(is_name).count();
+    all.extend_from_slice(&words[begin..begin + files]);
+    let mut is_kept = files == 0;
+    for word in first {
+        // The values of an option follow it.
+        is_kept = option(word).map_or(is_kept, |name| !typed.contains(name));
+        all.extend(is_kept.then(|| word.into()));
+    }
+    all.extend_from_slice(&words[begin + files..place]);
     all.extend_from_slice(&words[place + count..]);
     if named == "view" {
         all.extend([OsString::from("--session"), path]);
@@ -133,6 +140,16 @@ mod tests {
         let view = format!("resample view a.nrrd --window=1,2 --size=9x9 --session {name}");
         assert_eq!(all, words(&view));
         assert_eq!(page(&path).expect("a page")["keys"][0], 1);
+        let all = expanded(words(&format!("resample --session {name} -o b.png")));
+        let drawn = "resample volsplat a.nrrd --window=1,2 --size=9x9 -o b.png";
+        assert_eq!(all.expect("the session's command"), words(drawn));
+        let all = expanded(words(&format!(
+            "resample volsplat c.nrrd --session {name} -o b.png"
+        )));
+        assert_eq!(
+            all.expect("another file"),
+            words(&drawn.replace("a.nrrd", "c.nrrd"))
+        );
         let other = expanded(words(&format!("resample texmap --session {name} -o b.png")));
         assert!(other.is_err_and(|error| error.to_string().contains("not of `resample texmap`")));
         std::fs::write(&path, "{}").expect("written");
