@@ -45,17 +45,42 @@ def typed(kind: str, choices: list[str]) -> str:
     }[kind]
 
 
+def described_options(command: str, own: set[str]) -> dict[str, str]:
+    """The lines of each option but those that functions take as arguments of their own."""
+    help_ = options(command)
+    lines = {}
+    for option, kind, choices in _native.kinds(command):
+        if option not in own:
+            # `from` is a word of Python: `from_` stands for it.
+            spelled = option + "_" if option == "from" else option
+            lines[option] = f"    #: {help_.get(option, '')}".rstrip() + f"\n    {spelled}: {typed(kind, choices)}"
+    return lines
+
+
+def typed_class(name: str, base: str, about: str, lines: dict[str, str]) -> str:
+    """A class of options."""
+    return "\n".join([f"\n\nclass {name}({base}, total=False):", f'    """{about}"""\n', *lines.values()]) + "\n"
+
+
+def common(all_lines: list[dict[str, str]]) -> dict[str, str]:
+    """The options that are the same in all commands."""
+    first, *others = all_lines
+    return {name: lines for name, lines in first.items() if all(other.get(name) == lines for other in others)}
+
+
 def text() -> str:
     """The module."""
     parts = [HEAD]
+    described = {command: described_options(command, own) for command, (_, own) in CLASSES.items()}
+    shared = common(list(described.values()))
+    parts.append(typed_class("SharedOptions", "TypedDict", "The options of every command.", shared))
+    around = {command: lines for command, lines in described.items() if command != "warp3d"}
+    framed = {name: lines for name, lines in common(list(around.values())).items() if name not in shared}
+    parts.append(typed_class("FramedOptions", "SharedOptions", "The options of a camera around a scene.", framed))
     for command, (name, own) in CLASSES.items():
-        help_ = options(command)
-        lines = [f"\n\nclass {name}Options(TypedDict, total=False):", f'    """The options of ``resample {command}``."""\n']
-        for option, kind, choices in _native.kinds(command):
-            # `from` is a word of Python: `from_` stands for it.
-            spelled = option + "_" if option == "from" else option
-            if option not in own:
-                lines += [f"    #: {help_.get(option, '')}".rstrip(), f"    {spelled}: {typed(kind, choices)}"]
+        base, known = ("FramedOptions", {**shared, **framed}) if command in around else ("SharedOptions", shared)
+        lines = {option: words for option, words in described[command].items() if option not in known}
+        parts.append(typed_class(f"{name}Options", base, f"The options of ``resample {command}``.", lines))
         picture = {"size": "Size"} | ({"transfer": "Any"} if "transfer" in own else {})
         further = {
             "Call": ("Options", "The options of a scene, with the view.", {"camera": "Any", "size": "Size"}),
@@ -63,9 +88,8 @@ def text() -> str:
             "Pictures": ("Render", "The options of several pictures, with the camera.", {"camera": "Any"}),
         }
         for kind, (base, about, more) in further.items():
-            lines += [f"\n\nclass {name}{kind}({name}{base}, total=False):", f'    """{about}"""']
-            lines += [""] + [f"    {option}: {kind_}" for option, kind_ in more.items()]
-        parts.append("\n".join(lines) + "\n")
+            lines = {option: f"    {option}: {kind_}" for option, kind_ in more.items()}
+            parts.append(typed_class(f"{name}{kind}", f"{name}{base}", about, lines))
     return "".join(parts)
 
 

@@ -16,7 +16,47 @@ Numbers = Union[str, float, Sequence[float]]
 Size = Union[str, tuple[int, int], Sequence[int]]
 
 
-class VolumeOptions(TypedDict, total=False):
+class SharedOptions(TypedDict, total=False):
+    """The options of every command."""
+
+    #: Move through the keys of a file, each with a time in seconds and a camera, in numbered pictures
+    path: Value
+    #: The fastest setting whose error stays under BOUND, such as 1/255 or 0.004: the root mean square over the covered pixels, against the most exact setting; max:1/64 bounds the largest change of any pixel
+    max_error: Value
+    #: The most accurate setting that is predicted to take no longer than TIME a picture, such as 50ms or 2s
+    max_time: Value
+    #: Print the chosen setting, the reason, and the error and saving of the others
+    explain: bool
+    #: Bits per channel of a PNG [default: 8]
+    bits: Value
+    #: Background: transparent, white, black, #rrggbb, R,G,B from 0 to 255 (sRGB), or a picture file, which is scaled until it covers the picture [default: transparent]
+    background: Value
+
+
+class FramedOptions(SharedOptions, total=False):
+    """The options of a camera around a scene."""
+
+    #: Most memory to work in, such as 4G or 512M [default: three quarters of what this machine or its control group has]
+    max_memory: Value
+    #: Follow names inside files out of the folder of the file that is typed
+    allow_outside: bool
+    #: Also write the view as a camera file, from which --camera draws the same bytes
+    save_camera: Value
+    #: Azimuth and elevation of the eye in degrees, around the visible part; DIST multiplies the distance at which that fills 0.85 of the picture (orthographic: the height of the view) [default: 30,20,1]
+    orbit: Numbers
+    #: Vertical field of view in degrees, where no camera file gives one
+    fov: Value
+    #: World axis that points up in the picture [default: as stored in the file, else y; of Gaussians in PLY, .splat and SOG -y]
+    up: Value
+    #: Perspective or parallel view
+    projection: Literal["perspective", "orthographic"]
+    #: Go once around the visible part in N numbered pictures, from --orbit's azimuth on
+    turntable: Value
+    #: Pictures per second of an animation or of --path [default: 25]
+    fps: Value
+
+
+class VolumeOptions(FramedOptions, total=False):
     """The options of ``resample volsplat``."""
 
     #: Number of voxels along x, y and z (raw files)
@@ -31,10 +71,6 @@ class VolumeOptions(TypedDict, total=False):
     nan_as: Value
     #: Multiply every value by SCALE and add OFFSET, such as 1,-1024 for a raw CT
     rescale_values: Numbers
-    #: Most memory to work in, such as 4G or 512M [default: three quarters of what this machine or its control group has]
-    max_memory: Value
-    #: Follow names inside files out of the folder of the file that is typed
-    allow_outside: bool
     #: Colour space of the colours in the transfer function file
     transfer_space: Literal["linear", "srgb"]
     #: Move the file's knots, from the first to the last, to the range of the volume's values
@@ -57,22 +93,6 @@ class VolumeOptions(TypedDict, total=False):
     label_colours: Value
     #: Draw this channel of the file, by its number from 0 on or its name, such as GFP:green:200,4000:gamma=0.8:opacity=1
     channel: Any
-    #: Also write the view as a camera file, from which --camera draws the same bytes
-    save_camera: Value
-    #: Azimuth and elevation of the eye in degrees, around the visible part; DIST multiplies the distance at which that fills 0.85 of the picture (orthographic: the height of the view) [default: 30,20,1]
-    orbit: Numbers
-    #: Vertical field of view in degrees, where no camera file gives one
-    fov: Value
-    #: World axis that points up in the picture [default: as stored in the file, else y; of Gaussians in PLY, .splat and SOG -y]
-    up: Value
-    #: Perspective or parallel view
-    projection: Literal["perspective", "orthographic"]
-    #: Go once around the visible part in N numbered pictures, from --orbit's azimuth on
-    turntable: Value
-    #: Move through the keys of a file, each with a time in seconds and a camera, in numbered pictures
-    path: Value
-    #: Pictures per second of an animation or of --path [default: 25]
-    fps: Value
     #: The step of a volume over time that decides look and view, counted from 0; all: the values of all of them
     look_of: Value
     #: Order of compositing [default: field; an option that only one order has selects that order, and a single slice is drawn by every-sample]
@@ -141,16 +161,6 @@ class VolumeOptions(TypedDict, total=False):
     axes: Union[bool, Literal["directions", "box"]]
     #: Write a line of text at the top
     caption: Value
-    #: The fastest setting whose error stays under BOUND, such as 1/255 or 0.004: the root mean square over the covered pixels, against the most exact setting; max:1/64 bounds the largest change of any pixel
-    max_error: Value
-    #: The most accurate setting that is predicted to take no longer than TIME a picture, such as 50ms or 2s
-    max_time: Value
-    #: Print the chosen setting, the reason, and the error and saving of the others
-    explain: bool
-    #: Bits per channel of a PNG [default: 8]
-    bits: Value
-    #: Background: transparent, white, black, #rrggbb, R,G,B from 0 to 255 (sRGB), or a picture file, which is scaled until it covers the picture [default: transparent]
-    background: Value
 
 
 class VolumeCall(VolumeOptions, total=False):
@@ -173,29 +183,9 @@ class VolumePictures(VolumeRender, total=False):
     camera: Any
 
 
-class GaussiansOptions(TypedDict, total=False):
+class GaussiansOptions(FramedOptions, total=False):
     """The options of ``resample gaussians``."""
 
-    #: Most memory to work in, such as 4G or 512M [default: three quarters of what this machine or its control group has]
-    max_memory: Value
-    #: Follow names inside files out of the folder of the file that is typed
-    allow_outside: bool
-    #: Also write the view as a camera file, from which --camera draws the same bytes
-    save_camera: Value
-    #: Azimuth and elevation of the eye in degrees, around the visible part; DIST multiplies the distance at which that fills 0.85 of the picture (orthographic: the height of the view) [default: 30,20,1]
-    orbit: Numbers
-    #: Vertical field of view in degrees, where no camera file gives one
-    fov: Value
-    #: World axis that points up in the picture [default: as stored in the file, else y; of Gaussians in PLY, .splat and SOG -y]
-    up: Value
-    #: Perspective or parallel view
-    projection: Literal["perspective", "orthographic"]
-    #: Go once around the visible part in N numbered pictures, from --orbit's azimuth on
-    turntable: Value
-    #: Move through the keys of a file, each with a time in seconds and a camera, in numbered pictures
-    path: Value
-    #: Pictures per second of an animation or of --path [default: 25]
-    fps: Value
     #: Meaning of a Gaussian; all but the volume are twins of other viewers, to compare pictures with
     model: Literal["volume", "khr", "inria", "mip"]
     #: Thickness of the slabs in which Gaussians are summed, by its error: the most that the order inside a slab may change a colour before the slab corrects it, above 0, at most 1
@@ -212,16 +202,6 @@ class GaussiansOptions(TypedDict, total=False):
     crop: Numbers
     #: Draw only the side of a plane where NX x + NY y + NZ z >= D, in the world; up to six times
     clip_plane: Any
-    #: The fastest setting whose error stays under BOUND, such as 1/255 or 0.004: the root mean square over the covered pixels, against the most exact setting; max:1/64 bounds the largest change of any pixel
-    max_error: Value
-    #: The most accurate setting that is predicted to take no longer than TIME a picture, such as 50ms or 2s
-    max_time: Value
-    #: Print the chosen setting, the reason, and the error and saving of the others
-    explain: bool
-    #: Bits per channel of a PNG [default: 8]
-    bits: Value
-    #: Background: transparent, white, black, #rrggbb, R,G,B from 0 to 255 (sRGB), or a picture file, which is scaled until it covers the picture [default: transparent]
-    background: Value
 
 
 class GaussiansCall(GaussiansOptions, total=False):
@@ -243,7 +223,7 @@ class GaussiansPictures(GaussiansRender, total=False):
     camera: Any
 
 
-class MeshOptions(TypedDict, total=False):
+class MeshOptions(FramedOptions, total=False):
     """The options of ``resample texmap``."""
 
     #: Camera of the file, by name or by number from 0 [default: the whole model, framed]
@@ -258,26 +238,6 @@ class MeshOptions(TypedDict, total=False):
     environment: Value
     #: Pictures of the surfaces
     textures: Literal["shown", "left-out", "grid"]
-    #: Most memory to work in, such as 4G or 512M [default: three quarters of what this machine or its control group has]
-    max_memory: Value
-    #: Follow names inside files out of the folder of the file that is typed
-    allow_outside: bool
-    #: Also write the view as a camera file, from which --camera draws the same bytes
-    save_camera: Value
-    #: Azimuth and elevation of the eye in degrees, around the visible part; DIST multiplies the distance at which that fills 0.85 of the picture (orthographic: the height of the view) [default: 30,20,1]
-    orbit: Numbers
-    #: Vertical field of view in degrees, where no camera file gives one
-    fov: Value
-    #: World axis that points up in the picture [default: as stored in the file, else y; of Gaussians in PLY, .splat and SOG -y]
-    up: Value
-    #: Perspective or parallel view
-    projection: Literal["perspective", "orthographic"]
-    #: Go once around the visible part in N numbered pictures, from --orbit's azimuth on
-    turntable: Value
-    #: Move through the keys of a file, each with a time in seconds and a camera, in numbered pictures
-    path: Value
-    #: Pictures per second of an animation or of --path [default: 25]
-    fps: Value
     #: How texels become pixels
     method: Literal["hybrid", "point", "backward-nearest", "backward-bilinear", "backward-trilinear", "backward-ewa"]
     #: How surfaces are lit
@@ -294,12 +254,6 @@ class MeshOptions(TypedDict, total=False):
     layers: Any
     #: SIMD level. Levels differ by rounding only; one level gives the same bytes on every machine
     vector_level: Literal["auto", "avx2", "baseline"]
-    #: The fastest setting whose error stays under BOUND, such as 1/255 or 0.004: the root mean square over the covered pixels, against the most exact setting; max:1/64 bounds the largest change of any pixel
-    max_error: Value
-    #: The most accurate setting that is predicted to take no longer than TIME a picture, such as 50ms or 2s
-    max_time: Value
-    #: Print the chosen setting, the reason, and the error and saving of the others
-    explain: bool
     #: Draw a bar of a round length, or of LENGTH world units
     scale_bar: Union[bool, Value]
     #: Draw the colours of the values, under TITLE
@@ -308,10 +262,6 @@ class MeshOptions(TypedDict, total=False):
     axes: Union[bool, Literal["directions", "box"]]
     #: Write a line of text at the top
     caption: Value
-    #: Bits per channel of a PNG [default: 8]
-    bits: Value
-    #: Background: transparent, white, black, #rrggbb, R,G,B from 0 to 255 (sRGB), or a picture file, which is scaled until it covers the picture [default: transparent]
-    background: Value
 
 
 class MeshCall(MeshOptions, total=False):
@@ -333,7 +283,7 @@ class MeshPictures(MeshRender, total=False):
     camera: Any
 
 
-class DepthOptions(TypedDict, total=False):
+class DepthOptions(SharedOptions, total=False):
     """The options of ``resample warp3d``."""
 
     #: Also write where the picture has or had holes as a grey PNG or EXR: 1 where nothing was seen
@@ -384,8 +334,6 @@ class DepthOptions(TypedDict, total=False):
     view_cone: Value
     #: Distance at which the views of --stereo and --quilt agree and about which --sway turns; `inf` for parallel views [default: the median depth]
     convergence: Value
-    #: Move through the keys of a file, each with a time in seconds and a camera, in numbered pictures
-    path: Value
     #: Sway around the scene, up to this angle from the new camera, once around in N pictures [default: 48]
     sway: Numbers
     #: Pictures over which the depth of things at rest is averaged, scale and offset of each taken out; 0 takes every depth as it is [default: 32 for a sequence whose depth has no unit, else 0]
@@ -408,16 +356,6 @@ class DepthOptions(TypedDict, total=False):
     subpixels: Value
     #: SIMD level. Levels differ by rounding only; one level gives the same bytes on every machine
     vector_level: Literal["auto", "avx2", "baseline"]
-    #: The fastest setting whose error stays under BOUND, such as 1/255 or 0.004: the root mean square over the covered pixels, against the most exact setting; max:1/64 bounds the largest change of any pixel
-    max_error: Value
-    #: The most accurate setting that is predicted to take no longer than TIME a picture, such as 50ms or 2s
-    max_time: Value
-    #: Print the chosen setting, the reason, and the error and saving of the others
-    explain: bool
-    #: Bits per channel of a PNG [default: 8]
-    bits: Value
-    #: Background: transparent, white, black, #rrggbb, R,G,B from 0 to 255 (sRGB), or a picture file, which is scaled until it covers the picture [default: transparent]
-    background: Value
 
 
 class DepthCall(DepthOptions, total=False):
@@ -439,7 +377,7 @@ class DepthPictures(DepthRender, total=False):
     camera: Any
 
 
-class PointsOptions(TypedDict, total=False):
+class PointsOptions(FramedOptions, total=False):
     """The options of ``resample points``."""
 
     #: Keep at most N points, evenly from the order of the file [default: all]
@@ -450,10 +388,6 @@ class PointsOptions(TypedDict, total=False):
     crop: Numbers
     #: Draw only points on the side of a plane where NX x + NY y + NZ z >= D, in the world; may be repeated
     clip_plane: Any
-    #: Most memory to work in, such as 4G or 512M [default: three quarters of what this machine or its control group has]
-    max_memory: Value
-    #: Follow names inside files out of the folder of the file that is typed
-    allow_outside: bool
     #: Where colours come from
     color_by: Literal["auto", "colour", "height", "intensity", "class", "normal"]
     #: Colour map of heights and intensities [default: viridis for heights, greys for intensities]
@@ -462,22 +396,6 @@ class PointsOptions(TypedDict, total=False):
     color_range: Numbers
     #: Axis along which heights are counted, and above which the light of lambert shading stands [default: the one that points up]
     height_axis: Value
-    #: Also write the view as a camera file, from which --camera draws the same bytes
-    save_camera: Value
-    #: Azimuth and elevation of the eye in degrees, around the visible part; DIST multiplies the distance at which that fills 0.85 of the picture (orthographic: the height of the view) [default: 30,20,1]
-    orbit: Numbers
-    #: Vertical field of view in degrees, where no camera file gives one
-    fov: Value
-    #: World axis that points up in the picture [default: as stored in the file, else y; of Gaussians in PLY, .splat and SOG -y]
-    up: Value
-    #: Perspective or parallel view
-    projection: Literal["perspective", "orthographic"]
-    #: Go once around the visible part in N numbered pictures, from --orbit's azimuth on
-    turntable: Value
-    #: Move through the keys of a file, each with a time in seconds and a camera, in numbered pictures
-    path: Value
-    #: Pictures per second of an animation or of --path [default: 25]
-    fps: Value
     #: How the colours of points become the colour of a pixel
     blend: Literal["mean", "linear"]
     #: How points are lit, by the surface through their neighbours [default: unlit where the colours are the file's, headlight otherwise]
@@ -494,16 +412,6 @@ class PointsOptions(TypedDict, total=False):
     depth_tolerance: Value
     #: Planes of an EXR file beside colour and depth (Z) [default: none]
     layers: Any
-    #: The fastest setting whose error stays under BOUND, such as 1/255 or 0.004: the root mean square over the covered pixels, against the most exact setting; max:1/64 bounds the largest change of any pixel
-    max_error: Value
-    #: The most accurate setting that is predicted to take no longer than TIME a picture, such as 50ms or 2s
-    max_time: Value
-    #: Print the chosen setting, the reason, and the error and saving of the others
-    explain: bool
-    #: Bits per channel of a PNG [default: 8]
-    bits: Value
-    #: Background: transparent, white, black, #rrggbb, R,G,B from 0 to 255 (sRGB), or a picture file, which is scaled until it covers the picture [default: transparent]
-    background: Value
 
 
 class PointsCall(PointsOptions, total=False):

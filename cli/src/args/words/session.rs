@@ -60,9 +60,10 @@ pub(crate) fn expanded(words: Vec<OsString>) -> Result<Vec<OsString>> {
     all.extend_from_slice(&words[begin..begin + files]);
     let mut is_kept = files == 0;
     for word in first {
-        // The values of an option follow it.
         is_kept = option(word).map_or(is_kept, |name| !typed.contains(name));
         all.extend(is_kept.then(|| word.into()));
+        // Values of several words follow their option; behind `=` stands the only one.
+        is_kept |= option(word).is_some() && word.contains('=');
     }
     all.extend_from_slice(&words[begin + files..place]);
     all.extend_from_slice(&words[place + count..]);
@@ -124,7 +125,7 @@ mod tests {
         let path = folder.path().join("s.json");
         let stored = serde_json::json!({
             "format": FORMAT,
-            "words": ["volsplat", "a.nrrd", "--window=1,2", "--size=9x9"],
+            "words": ["volsplat", "a.nrrd", "--window=1,2", "--size=9x9", "--also", "b.nrrd", "red"],
             "page": { "keys": [1] },
         });
         std::fs::write(&path, stored.to_string()).expect("written");
@@ -134,14 +135,16 @@ mod tests {
         )));
         assert_eq!(
             all.expect("a session"),
-            words("resample volsplat a.nrrd --window=1,2 --size 5x5 -o b.png")
+            words("resample volsplat a.nrrd --window=1,2 --also b.nrrd red --size 5x5 -o b.png")
         );
         let all = expanded(words(&format!("resample view --session={name}"))).expect("a session");
-        let view = format!("resample view a.nrrd --window=1,2 --size=9x9 --session {name}");
+        let view = format!(
+            "resample view a.nrrd --window=1,2 --size=9x9 --also b.nrrd red --session {name}"
+        );
         assert_eq!(all, words(&view));
         assert_eq!(page(&path).expect("a page")["keys"][0], 1);
         let all = expanded(words(&format!("resample --session {name} -o b.png")));
-        let drawn = "resample volsplat a.nrrd --window=1,2 --size=9x9 -o b.png";
+        let drawn = "resample volsplat a.nrrd --window=1,2 --size=9x9 --also b.nrrd red -o b.png";
         assert_eq!(all.expect("the session's command"), words(drawn));
         let all = expanded(words(&format!(
             "resample volsplat c.nrrd --session {name} -o b.png"
@@ -150,6 +153,11 @@ mod tests {
             all.expect("another file"),
             words(&drawn.replace("a.nrrd", "c.nrrd"))
         );
+        let all = expanded(words(&format!(
+            "resample volsplat --session {name} --also c.nrrd blue --window=3,4 -o b.png"
+        )));
+        let drawn = "resample volsplat a.nrrd --size=9x9 --also c.nrrd blue --window=3,4 -o b.png";
+        assert_eq!(all.expect("options of several words"), words(drawn));
         let other = expanded(words(&format!("resample texmap --session {name} -o b.png")));
         assert!(other.is_err_and(|error| error.to_string().contains("not of `resample texmap`")));
         std::fs::write(&path, "{}").expect("written");

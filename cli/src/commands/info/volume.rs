@@ -3,6 +3,8 @@
 //! The volume is read as `resample volsplat` would read it, with the same options, so that the drawn volume is
 //! the one described here.
 
+use std::path::Path;
+
 use anyhow::Result;
 use glam::DVec3;
 use resample_io::memory;
@@ -108,31 +110,36 @@ fn facts_of_one(args: &InfoArgs) -> Result<(Vec<Line>, Value)> {
         ));
         json["times"] = json!(axes.times);
     }
-    let (arrays, read) = match args.volume.dims {
-        Some(_) => (Vec::new(), None),
-        None => volsplat::input::arrays_of(&args.input.path)?,
-    };
-    if arrays.len() > 1 {
-        let named = args.input.part.as_deref().and_then(|part| {
-            let mut pairs = part.split(',');
-            pairs.find_map(|pair| pair.strip_prefix("array="))
-        });
-        let drawn = named.map(str::to_owned).or(read);
-        let shown = arrays
-            .iter()
-            .map(|name| match Some(name) == drawn.as_ref() {
-                true => format!("{name} (drawn)"),
-                false => name.clone(),
-            });
-        let shown: Vec<String> = shown.collect();
-        lines.push(line(
-            "arrays",
-            format!("{}; FILE#array=NAME draws another", shown.join(", ")),
-        ));
-        json["arrays"] = json!(arrays);
-        json["array"] = json!(drawn);
+    if args.volume.dims.is_none() {
+        add_arrays(&args.input.path, &options, &mut lines, &mut json)?;
     }
     Ok((lines, json))
+}
+
+/// Lists the arrays of a file that holds several, and marks the one that is drawn.
+fn add_arrays(
+    path: &Path,
+    options: &LoadOptions,
+    lines: &mut Vec<Line>,
+    json: &mut Value,
+) -> Result<()> {
+    let (arrays, read) = volsplat::input::arrays_of(path)?;
+    if arrays.len() < 2 {
+        return Ok(());
+    }
+    let drawn = options.array.clone().or(read);
+    let marked = |name: &String| match Some(name) == drawn.as_ref() {
+        true => format!("{name} (drawn)"),
+        false => name.clone(),
+    };
+    let names: Vec<String> = arrays.iter().map(marked).collect();
+    lines.push(line(
+        "arrays",
+        format!("{}; FILE#array=NAME draws another", names.join(", ")),
+    ));
+    json["arrays"] = json!(arrays);
+    json["array"] = json!(drawn);
+    Ok(())
 }
 
 fn channel_json(channel: &ImageChannel) -> Value {

@@ -138,7 +138,7 @@ impl Content {
         }
     }
 
-    /// The volumes in memory.
+    /// The main volume or its channels, then the volumes of `--also`. A volume that stays in its file is refused.
     pub(crate) fn volumes(&self) -> Result<Vec<&Volume>> {
         match &self.data {
             Data::Memory(volumes) => Ok(volumes.all().collect()),

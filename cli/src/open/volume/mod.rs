@@ -171,7 +171,7 @@ impl OpenVolume {
         input.unwrap_or(&self.args.input).clone()
     }
 
-    /// The volumes in memory, with those laid over the first.
+    /// The main volume or its channels, then the volumes of `--also`.
     pub(crate) fn volumes(&self) -> Result<Vec<&volsplat::Volume>> {
         self.content.volumes()
     }

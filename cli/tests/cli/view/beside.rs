@@ -174,17 +174,14 @@ fn figures_are_switched_on_and_copied() {
     browser.wait_rest();
     let shown = browser.picture();
     assert!(before != shown);
-    browser.press("copy command");
-    browser.wait("Boolean(document.querySelector('#dialog pre'))");
-    let command = browser.value("document.querySelector('#dialog pre').textContent");
-    let command = command.as_str().expect("a text");
+    let command = browser.copied();
     assert!(
         command.contains("--colour-bar") && command.contains("--axes=box"),
         "{command}"
     );
     assert!(!command.contains("--caption"), "{command}");
     assert!(
-        shown == run_copied(&bench, command),
+        shown == run_copied(&bench, &command),
         "the command draws the figure"
     );
 }
@@ -213,17 +210,14 @@ fn steps_over_time_are_chosen_and_copied() {
     browser.wait_rest();
     let third = browser.picture();
     assert!(first != third, "another step");
-    browser.press("copy command");
-    browser.wait("Boolean(document.querySelector('#dialog pre'))");
-    let command = browser.value("document.querySelector('#dialog pre').textContent");
-    let written = run_copied(&bench, command.as_str().expect("a text"));
+    let command = browser.copied();
+    let written = run_copied(&bench, &command);
     // A picture of a part of a sequence says in its file which one it is.
     let pixels = |png: &[u8]| image::load_from_memory(png).expect("a PNG").to_rgba8();
     assert!(
         pixels(&third) == pixels(&written),
         "the command draws the step"
     );
-    browser.press("close");
     browser.press("play");
     browser.wait("state.step === 0");
     browser.wait("state.step === 1");

@@ -179,6 +179,15 @@ impl Browser {
         assert_eq!(found, true, "the button {text}");
     }
 
+    /// The command that the page copies for what it shows.
+    pub(super) fn copied(&mut self) -> String {
+        self.press("copy command");
+        self.wait("Boolean(document.querySelector('#dialog pre'))");
+        let command = self.value("document.querySelector('#dialog pre').textContent");
+        self.press("close");
+        command.as_str().expect("a text").to_owned()
+    }
+
     /// The file of the last resting picture.
     pub(super) fn picture(&mut self) -> Vec<u8> {
         let text = self.value("lastBlob.arrayBuffer().then((b) => btoa([...new Uint8Array(b)].map((x) => String.fromCharCode(x)).join('')))");
@@ -270,12 +279,9 @@ fn a_hand_turns_zooms_edits_and_copies_the_command() {
     assert_eq!(browser.value("transferFile() !== null"), true);
 
     let shown = browser.picture();
-    browser.press("copy command");
-    browser.wait("Boolean(document.querySelector('#dialog pre'))");
-    let command = browser.value("document.querySelector('#dialog pre').textContent");
-    let written = run_copied(&bench, command.as_str().expect("a text"));
+    let command = browser.copied();
+    let written = run_copied(&bench, &command);
     assert!(shown == written, "the command draws what the page shows");
-    browser.press("close");
 
     browser.press("undo");
     browser.wait_rest();
@@ -298,16 +304,12 @@ fn presets_have_pictures_and_files_are_saved() {
     browser.wait_rest();
     let shown = browser.picture();
     assert!(before != shown, "a preset looks different");
-    browser.press("copy command");
-    browser.wait("Boolean(document.querySelector('#dialog pre'))");
-    let command = browser.value("document.querySelector('#dialog pre').textContent");
-    let command = command.as_str().expect("a text");
+    let command = browser.copied();
     assert!(command.contains("--preset"), "{command}");
     assert!(
-        shown == run_copied(&bench, command),
+        shown == run_copied(&bench, &command),
         "as the command draws it"
     );
-    browser.press("close");
     browser.press("picture");
     browser.value("document.querySelector('#dialog input').value = 'mine.png'");
     browser.press("save");

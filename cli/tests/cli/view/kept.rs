@@ -223,10 +223,8 @@ fn the_window_is_dragged_on_the_picture_and_points_are_typed() {
     assert_eq!(green, "#00ff00");
     let now = browser.value("state.curve.opacities.length").as_u64();
     assert_eq!(now, count, "no point was added");
-    browser.press("copy command");
-    browser.wait("Boolean(document.querySelector('#dialog pre'))");
-    let command = browser.value("document.querySelector('#dialog pre').textContent");
-    let written = super::page::run_copied(&bench, command.as_str().expect("a text"));
+    let command = browser.copied();
+    let written = super::page::run_copied(&bench, &command);
     assert!(
         browser.picture() == written,
         "the command draws what the page shows"
