@@ -399,22 +399,19 @@ pub(crate) fn write_planes(args: &Warp3dArgs, image: &Image) -> Result<()> {
                 .collect(),
             None => seen.collect(),
         };
-        output::write_grey(
-            path,
-            output::format_of(path, None)?,
-            [image.width, image.height],
-            &mask,
-        )?;
+        write_plane(path, image, &mask)?;
     }
     if let Some(path) = &args.confidence {
         let confidence = plane("confidence")
             .context("this layout of views has no confidence: leave --confidence out")?;
-        output::write_grey(
-            path,
-            output::format_of(path, None)?,
-            [image.width, image.height],
-            confidence,
-        )?;
+        write_plane(path, image, confidence)?;
     }
+    Ok(())
+}
+
+/// Writes a plane of a picture's size, in the format of its name.
+fn write_plane(path: &Path, image: &Image, values: &[f32]) -> Result<()> {
+    let format = output::format_of(path, None)?;
+    output::write_grey(path, format, [image.width, image.height], values)?;
     Ok(())
 }

@@ -348,6 +348,7 @@ fn on_grid(
     moved.with_context(|| file.to_string())
 }
 
+/// Refuses a mask of memory, which has no place of its own, with other dimensions.
 fn check_mask(mask: &Volume, grid: &Volume) -> Result<()> {
     if mask.dims != grid.dims {
         let text = |[x, y, z]: [usize; 3]| format!("{x}x{y}x{z}");
