@@ -49,7 +49,7 @@ const FILES: [(&str, &str); 21] = [
     ("a.gltf", "{\"asset\":{\"version\":\"3.0\"}}"),
     (
         "b.gltf",
-        "{\"asset\":{\"version\":\"2.0\"},\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]}",
+        "{\"asset\":{\"version\":\"2.0\"},\"extensionsRequired\":[\"MSFT_texture_dds\"]}",
     ),
     (
         "c.gltf",
@@ -145,7 +145,7 @@ const WALK: [(&str, &str, &[&str]); 33] = [
     (
         "texmap b.gltf",
         "b.gltf",
-        &["KHR_draco_mesh_compression", "gltf-transform"],
+        &["MSFT_texture_dds", "PNG, JPEG or WebP"],
     ),
     (
         "texmap c.gltf",

@@ -213,8 +213,8 @@ fn models_that_are_none_are_refused() {
     bench.write("far.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
     bench.write("cut.glb", b"glTF\x02\0\0\0");
     bench.write(
-        "draco.gltf",
-        br#"{"asset":{"version":"2.0"},"extensionsRequired":["KHR_draco_mesh_compression"]}"#,
+        "dds.gltf",
+        br#"{"asset":{"version":"2.0"},"extensionsRequired":["MSFT_texture_dds"]}"#,
     );
     bench.write(
         "lost.gltf",
@@ -224,7 +224,7 @@ fn models_that_are_none_are_refused() {
         ("empty.obj", "empty.obj"),
         ("far.obj", "line 4"),
         ("cut.glb", "cut.glb"),
-        ("draco.gltf", "KHR_draco_mesh_compression"),
+        ("dds.gltf", "MSFT_texture_dds"),
         ("lost.gltf", "lost.bin"),
         ("ball.raw", "ball.raw"),
         ("absent.glb", "absent.glb"),

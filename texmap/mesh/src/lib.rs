@@ -4,7 +4,6 @@
 //! content, never from the name. All formats end in one check (`finish`), so that the promises of a scene do not depend on
 //! its format. An ignored part that does not change the picture is noted; a part that would make the picture wrong, or a named
 //! picture that cannot be read, is an error.
-//! Limits: compressed meshes and textures (Draco, meshopt, KTX2) are refused.
 //!
 //! ```
 //! use resample_mesh::{LoadOptions, load};

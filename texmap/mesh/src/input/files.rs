@@ -10,6 +10,8 @@ use resample_io::whole_picture::{self, ImageFormat, Pixels, WholePicture};
 use resample_io::{Gate, Part, colour};
 
 use crate::Error;
+#[cfg(feature = "compressed")]
+use crate::input::ktx2;
 use crate::scene::{Surroundings, Texels, Texture};
 
 /// The text behind a byte order mark and white space.
@@ -213,6 +215,10 @@ pub(crate) fn decode(
     (format, name): (Option<ImageFormat>, &str),
     gate: &Gate,
 ) -> Result<Texture, String> {
+    #[cfg(feature = "compressed")]
+    if ktx2::is_ktx2(bytes) {
+        return ktx2::decode(bytes, name, gate);
+    }
     let WholePicture {
         width,
         height,

@@ -8,6 +8,8 @@
 
 mod options;
 mod files;
+#[cfg(feature = "compressed")]
+mod ktx2;
 mod gltf;
 mod obj;
 mod ply;

@@ -8,6 +8,7 @@ use gltf::json::Root;
 use serde_json::{Number, Value, json};
 
 use crate::input::files::{self, Names, excerpt};
+use crate::input::gltf::compressed;
 use crate::input::options::Notes;
 
 // The container: JSON alone or a binary file with JSON and data, and the buffers that they name.
@@ -42,7 +43,7 @@ pub(super) fn open(bytes: &[u8], names: &Names) -> Result<Document, String> {
     };
     let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
     let Json {
-        root,
+        mut root,
         transforms,
         animations,
     } = read(json)?;
@@ -52,6 +53,10 @@ pub(super) fn open(bytes: &[u8], names: &Names) -> Result<Document, String> {
     let mut files: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
     let (mut held, mut kept) = (bytes.len() as u64, 0u64);
     for (index, buffer) in root.buffers.iter().enumerate() {
+        if buffer.uri.is_none() && compressed::is_fallback(buffer) {
+            buffers.push(Vec::new());
+            continue;
+        }
         let bytes = match &buffer.uri {
             Some(uri) => match files.entry(uri.as_str()) {
                 Entry::Occupied(file) => Ok(file.into_mut().as_slice()),
@@ -78,6 +83,7 @@ pub(super) fn open(bytes: &[u8], names: &Names) -> Result<Document, String> {
         names.gate.ask_unpacked(kept, held, "the buffers")?;
         buffers.push(bytes[..length].to_vec());
     }
+    compressed::unpack(&mut root, &mut buffers, held, names.gate)?;
     Ok(Document {
         root,
         transforms,
@@ -273,8 +279,10 @@ fn numbers<const N: usize>(node: &Value, key: &str) -> Option<[f64; N]> {
 pub(super) const INSTANCES: &str = "EXT_mesh_gpu_instancing";
 
 /// Extensions that change what is seen and are understood here.
-const DECODED: [&str; 8] = [
+const DECODED: [&str; 10] = [
     INSTANCES,
+    compressed::MESHOPT[0],
+    compressed::MESHOPT[1],
     "EXT_texture_webp",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
@@ -312,7 +320,8 @@ enum Effect {
 }
 
 fn effect(name: &str) -> Effect {
-    if DECODED.contains(&name) {
+    let is_compressed = matches!(name, compressed::DRACO | "KHR_texture_basisu");
+    if DECODED.contains(&name) || cfg!(feature = "compressed") && is_compressed {
         Effect::Decoded
     } else if UNSEEN.contains(&name) {
         Effect::Unseen
@@ -367,10 +376,12 @@ fn unlisted(root: &Root) -> impl Iterator<Item = &String> {
 
 fn undecoded(name: &str) -> String {
     let way_out = match name {
-        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" | "KHR_meshopt_compression" => {
-            "export it without mesh compression, or unpack it, for example with 'gltf-transform copy' or 'gltfpack -noq'"
+        compressed::DRACO => {
+            "export it without mesh compression, or build with the feature 'compressed'"
         }
-        "KHR_texture_basisu" => "export its textures as PNG, JPEG or WebP instead of KTX2",
+        "KHR_texture_basisu" => {
+            "export its textures as PNG, JPEG or WebP, or build with the feature 'compressed'"
+        }
         "MSFT_texture_dds" | "EXT_texture_avif" => "export its textures as PNG, JPEG or WebP",
         _ => "export it without",
     };

@@ -14,6 +14,7 @@ use gltf::json::extensions::material::Material as MaterialExtensions;
 use gltf::json::material::AlphaMode as JsonAlpha;
 use gltf::json::texture::{Info, MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
+use resample_core::narrow;
 use resample_io::whole_picture::ImageFormat;
 
 use crate::input::files::{self, Names};
@@ -29,6 +30,13 @@ const DEFAULT_CUTOFF: f32 = 0.5;
 
 /// The part of the light that a wholly transmitting surface lets through: it reflects some, or nobody would see it. A guess.
 const MOST_TRANSMITTED: f32 = 0.9;
+
+/// Extensions that name a picture of another format, in the order in which they are taken.
+const PICTURE_EXTENSIONS: &[&str] = if cfg!(feature = "compressed") {
+    &["EXT_texture_webp", "KHR_texture_basisu"]
+} else {
+    &["EXT_texture_webp"]
+};
 
 const FACTOR_ALONE: &str = "its factor stands alone";
 
@@ -227,14 +235,14 @@ impl<'a> Materials<'a> {
             .textures
             .get(index)
             .ok_or_else(|| format!("texture {index} does not exist"))?;
-        let webp = json
-            .extensions
-            .as_ref()
-            .and_then(|e| e.others.get("EXT_texture_webp"));
-        let webp = webp.and_then(|value| usize::try_from(value.get("source")?.as_u64()?).ok());
+        let extensions = json.extensions.as_ref();
+        let mut others = PICTURE_EXTENSIONS
+            .iter()
+            .filter_map(|name| extensions?.others.get(*name)?.get("source")?.as_u64());
+        let other = others.next().map(narrow::count);
         // The crate gives the largest index where the file gives none.
         let source = Some(json.source.value()).filter(|&source| source != u32::MAX as usize);
-        let Some(image) = webp.or(source) else {
+        let Some(image) = other.or(source) else {
             let what = format!("texture {index} has no picture of a known kind");
             notes.unreadable(&what, FACTOR_ALONE)?;
             return Ok(None);

@@ -1,11 +1,13 @@
 //! glTF 2.0: .gltf with buffers beside it or inside, and .glb.
 //!
-//! Takes the bytes of a file, gives a scene. The container is opened (`document`), nodes are placed (`nodes`), at a moment of an
+//! Takes the bytes of a file, gives a scene. The container is opened (`document`) and its geometry unpacked
+//! (`compressed`), nodes are placed (`nodes`), at a moment of an
 //! animation (`animation`), and each mesh of the chosen scene is read (`primitive`) with its material (`material`); every number
 //! comes through `accessor`, which checks it.
 //! Source: the glTF 2.0 specification of the Khronos Group. Limits: points and lines are left out, and of materials the layers of light beyond metal and roughness.
 
 mod accessor;
+mod compressed;
 mod document;
 mod animation;
 mod nodes;

@@ -9,6 +9,7 @@ use super::*;
 use crate::input::files::nowhere;
 use crate::scene::{SceneLens, Sides};
 
+mod compressed;
 mod containers;
 mod materials;
 mod poses;
