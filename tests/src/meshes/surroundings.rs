@@ -82,13 +82,25 @@ pub fn reflected(
 pub fn reflected_of(
     radiance: impl Fn(DVec3) -> DVec3,
     surface: &Reflector,
+    at: (DVec3, DVec3),
+    count: usize,
+) -> DVec3 {
+    below_layers(radiance, surface, (DIELECTRIC, 1.0), at, count)
+}
+
+/// As [`reflected_of`], of paint that reflects `f0` along the normal and `f90` at grazing angles.
+fn below_layers(
+    radiance: impl Fn(DVec3) -> DVec3,
+    surface: &Reflector,
+    (paint, f90): (DVec3, f64),
     (normal, eye): (DVec3, DVec3),
     count: usize,
 ) -> DVec3 {
     let (side, above) = normal.any_orthonormal_pair();
     let world = |v: DVec3| side * v.x + above * v.y + normal * v.z;
     let to_eye = normal.dot(eye).max(1e-3);
-    let f0 = DIELECTRIC.lerp(surface.base, surface.metal);
+    let f0 = paint.lerp(surface.base, surface.metal);
+    let mixed_f90 = DVec3::splat(f90 + (1.0 - f90) * surface.metal);
     let alpha = surface.roughness.powi(2);
     let (mut specular, mut irradiance) = (DVec3::ZERO, DVec3::ZERO);
     let (mut scale, mut offset) = (0.0, 0.0);
@@ -112,19 +124,19 @@ pub fn reflected_of(
         let fresnel = (1.0 - to_half).powi(5);
         scale += weight * (1.0 - fresnel);
         offset += weight * fresnel;
-        let share = f0 * (1.0 - fresnel) + DVec3::splat(fresnel);
+        let share = f0 * (1.0 - fresnel) + mixed_f90 * fresnel;
         specular += share * weight * radiance(light);
     }
     let lost = 1.0 - scale - offset;
-    let again = |f0: DVec3| {
-        let once = f0 * scale + DVec3::splat(offset);
-        let average = f0 + (DVec3::ONE - f0) / 21.0;
+    let again = |f0: DVec3, f90: f64| {
+        let once = f0 * scale + DVec3::splat(offset * f90);
+        let average = f0 + (DVec3::splat(f90) - f0) / 21.0;
         (once, once * average * lost / (DVec3::ONE - average * lost))
     };
     // As the standard has it, the mix of the dielectric's and the metal's result; what is reflected once is a line in f0.
-    let (once, often) = again(DIELECTRIC);
+    let (once, often) = again(paint, f90);
     let dielectric = often + surface.base * (DVec3::ONE - once - often);
-    let (_, metal) = again(surface.base);
+    let (_, metal) = again(surface.base, 1.0);
     specular + dielectric.lerp(metal, surface.metal) * irradiance
 }
 
@@ -143,6 +155,124 @@ pub fn of_small_light(surface: &Reflector, (normal, eye): (DVec3, DVec3), light:
     let fresnel = (1.0 - half.dot(eye)).powi(5);
     let f0 = DIELECTRIC.lerp(surface.base, surface.metal);
     (f0 * (1.0 - fresnel) + DVec3::splat(fresnel)) * (dense * visible * to_light)
+}
+
+/// Layers above a surface, and how its paint reflects.
+#[derive(Clone, Copy, Debug)]
+pub struct Above {
+    /// Reflectance of paint along the normal.
+    pub f0: DVec3,
+    /// Reflectance of paint at grazing angles.
+    pub f90: f64,
+    /// Amount of a coat and its roughness.
+    pub coat: [f64; 2],
+    /// Colour of fibres.
+    pub sheen: DVec3,
+    /// Their roughness.
+    pub sheen_roughness: f64,
+}
+
+impl Default for Above {
+    fn default() -> Self {
+        Self {
+            f0: DIELECTRIC,
+            f90: 1.0,
+            coat: [0.0, 1.0],
+            sheen: DVec3::ZERO,
+            sheen_roughness: 1.0,
+        }
+    }
+}
+
+/// As [`reflected`], through layers: a coat and fibres as the extensions of glTF have them.
+pub fn reflected_through(
+    from: &Surroundings,
+    (surface, above): (&Reflector, &Above),
+    (normal, eye): (DVec3, DVec3),
+    count: usize,
+) -> DVec3 {
+    let light = |direction: DVec3| radiance(from, direction);
+    let at = (normal, eye);
+    let mut sum = below_layers(light, surface, (above.f0, above.f90), at, count);
+    let to_eye = normal.dot(eye).max(1e-3);
+    if above.sheen != DVec3::ZERO {
+        let (mut albedo, mut fibres) = (0.0, DVec3::ZERO);
+        let (side, up) = normal.any_orthonormal_pair();
+        for k in 0..count {
+            // Even in the square root of the cosine, which is dense where fibres shine.
+            let (u, v) = lattice(k, count);
+            let cosine = u * u;
+            let sine = (1.0 - cosine * cosine).sqrt();
+            let (sin, cos) = (TAU * v).sin_cos();
+            let direction = side * (sine * cos) + up * (sine * sin) + normal * cosine;
+            let half = (direction + eye).normalize();
+            let share = charlie(normal.dot(half), [cosine, to_eye], above.sheen_roughness);
+            let part = share * cosine * 2.0 * u * TAU / count as f64;
+            albedo += part;
+            fibres += light(direction) * part;
+        }
+        sum = sum * (1.0 - above.sheen.max_element() * albedo) + above.sheen * fibres;
+    }
+    let [amount, roughness] = above.coat;
+    let glass = Reflector {
+        base: DVec3::ZERO,
+        metal: 0.0,
+        roughness,
+    };
+    // What a surface without a matt layer reflects once.
+    let alone = |direction: DVec3| light(direction);
+    let coat = once_reflected(alone, &glass, at, count);
+    let fresnel = 0.04 + 0.96 * (1.0 - to_eye).powi(5);
+    sum * (1.0 - amount * fresnel) + coat * amount
+}
+
+/// Light that a dielectric reflects once.
+fn once_reflected(
+    radiance: impl Fn(DVec3) -> DVec3,
+    surface: &Reflector,
+    (normal, eye): (DVec3, DVec3),
+    count: usize,
+) -> DVec3 {
+    let (side, above) = normal.any_orthonormal_pair();
+    let alpha2 = surface.roughness.powi(4);
+    let mut sum = DVec3::ZERO;
+    for k in 0..count {
+        let (u, v) = lattice(k, count);
+        let (sin, cos) = (TAU * v).sin_cos();
+        let cosine2 = (1.0 - u) / (1.0 + (alpha2 - 1.0) * u);
+        let sine = (1.0 - cosine2).sqrt();
+        let half = side * (sine * cos) + above * (sine * sin) + normal * cosine2.sqrt();
+        let light = half * (2.0 * half.dot(eye)) - eye;
+        if normal.dot(light) <= 0.0 || half.dot(eye) <= 0.0 {
+            continue;
+        }
+        // Over the density of half vectors per direction of light.
+        let density = alpha2 / (PI * (1.0 + cosine2 * (alpha2 - 1.0)).powi(2)) * cosine2.sqrt()
+            / (4.0 * half.dot(eye));
+        let share = of_small_light(surface, (normal, eye), light);
+        sum += share * radiance(light) / density / count as f64;
+    }
+    sum
+}
+
+/// Charlie's distribution with the shadowing of Estevez and Kulla, over four times both cosines.
+fn charlie(to_half: f64, cosines: [f64; 2], roughness: f64) -> f64 {
+    let alpha = roughness * roughness;
+    let dense =
+        (2.0 + 1.0 / alpha) * (1.0 - to_half * to_half).max(0.0).sqrt().powf(1.0 / alpha) / TAU;
+    let part = (1.0 - alpha).powi(2);
+    let mix = |rough: f64, smooth: f64| rough * (1.0 - part) + smooth * part;
+    let line = |x: f64| {
+        mix(21.5473, 25.3245) / (1.0 + mix(3.82987, 3.32435) * x.powf(mix(0.19823, 0.16801)))
+            + mix(-1.97760, -1.27393) * x
+            + mix(-4.32054, -4.85967)
+    };
+    let lambda = |cosine: f64| match cosine < 0.5 {
+        true => line(cosine).exp(),
+        false => (2.0 * line(0.5) - line(1.0 - cosine)).exp(),
+    };
+    let [light, eye] = cosines;
+    dense / (1.0 + lambda(light) + lambda(eye)) / (4.0 * light * eye).max(1e-12)
 }
 
 /// Fills the unit square evenly.

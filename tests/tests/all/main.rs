@@ -38,6 +38,7 @@ mod statistics;
 mod texmap_alpha;
 mod texmap_emission;
 mod texmap_extremes;
+mod texmap_layers;
 mod texmap_light;
 mod texmap_metal;
 mod texmap_outlines;

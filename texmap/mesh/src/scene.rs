@@ -102,6 +102,35 @@ pub struct Material {
     pub physical: Option<Physical>,
 }
 
+impl Material {
+    /// The uses of pictures, in an order that is always the same; a material that lacks a layer has no place for its pictures.
+    pub fn textures_mut(&mut self) -> Vec<&mut Option<TextureUse>> {
+        let mut all = vec![&mut self.base_texture, &mut self.emissive_texture];
+        if let Some(physical) = &mut self.physical {
+            all.extend([
+                &mut physical.metal_roughness_texture,
+                &mut physical.normal_texture,
+                &mut physical.occlusion_texture,
+                &mut physical.dielectric.specular_texture,
+                &mut physical.dielectric.colour_texture,
+            ]);
+            if let Some(coat) = &mut physical.coat {
+                all.extend([&mut coat.amount_texture, &mut coat.roughness_texture]);
+            }
+            if let Some(sheen) = &mut physical.sheen {
+                all.extend([&mut sheen.colour_texture, &mut sheen.roughness_texture]);
+            }
+        }
+        all
+    }
+
+    /// As [`Material::textures_mut`], to read.
+    pub fn textures(&self) -> Vec<Option<TextureUse>> {
+        let mut own = self.clone();
+        own.textures_mut().into_iter().map(|used| *used).collect()
+    }
+}
+
 /// Metal, roughness, and the maps of light.
 ///
 /// ```
@@ -126,6 +155,12 @@ pub struct Physical {
     pub occlusion_texture: Option<TextureUse>,
     /// How much of the occlusion counts, 0 to 1.
     pub occlusion_strength: f32,
+    /// How the part that is no metal reflects.
+    pub dielectric: Dielectric,
+    /// A clear layer above all.
+    pub coat: Option<Coat>,
+    /// Fibres on the surface.
+    pub sheen: Option<Sheen>,
 }
 
 impl Default for Physical {
@@ -139,8 +174,91 @@ impl Default for Physical {
             normal_scale: 1.0,
             occlusion_texture: None,
             occlusion_strength: 1.0,
+            dielectric: Dielectric::default(),
+            coat: None,
+            sheen: None,
         }
     }
+}
+
+/// The reflection of a dielectric: `KHR_materials_ior` and `KHR_materials_specular`.
+///
+/// ```
+/// use resample_mesh::scene::Dielectric;
+///
+/// let diamond = Dielectric { ior: 2.42, ..Dielectric::default() };
+/// assert!((diamond.reflectance()[0] - 0.172).abs() < 1e-3);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dielectric {
+    /// Index of refraction, from 1 on; 0 reflects all light.
+    pub ior: f32,
+    /// How much of the reflection counts, 0 to 1; a factor of the picture's alpha.
+    pub specular: f32,
+    /// Linear colour of the reflection along the normal; a factor of the picture's.
+    pub colour: [f32; 3],
+    /// Picture of how much counts (alpha).
+    pub specular_texture: Option<TextureUse>,
+    /// Picture of the colour.
+    pub colour_texture: Option<TextureUse>,
+}
+
+impl Default for Dielectric {
+    /// White reflections of glass or plastic.
+    fn default() -> Self {
+        Self {
+            ior: 1.5,
+            specular: 1.0,
+            colour: [1.0; 3],
+            specular_texture: None,
+            colour_texture: None,
+        }
+    }
+}
+
+impl Dielectric {
+    /// The share of light along the normal that comes back, before pictures and `specular`: red, green, blue.
+    pub fn reflectance(&self) -> [f32; 3] {
+        let ratio = (self.ior - 1.0) / (self.ior + 1.0);
+        self.colour.map(|part| ratio * ratio * part)
+    }
+}
+
+/// A clear coat, as of lacquer: `KHR_materials_clearcoat`. Its index of refraction is 1.5.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coat {
+    /// How much of the surface it covers, 0 to 1; a factor of the picture's red.
+    pub amount: f32,
+    /// Perceptual roughness, 0 to 1; a factor of the picture's green.
+    pub roughness: f32,
+    /// Picture of the amount (red).
+    pub amount_texture: Option<TextureUse>,
+    /// Picture of the roughness (green).
+    pub roughness_texture: Option<TextureUse>,
+    /// The normals of its surface.
+    pub normals: CoatNormals,
+}
+
+/// The normals of a coat.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CoatNormals {
+    /// Those of the mesh.
+    Smooth,
+    /// Those of the surface below.
+    AsBelow,
+}
+
+/// Fibres, as of cloth: `KHR_materials_sheen`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sheen {
+    /// Linear colour; a factor of the picture's.
+    pub colour: [f32; 3],
+    /// Perceptual roughness, 0 to 1; a factor of the picture's alpha.
+    pub roughness: f32,
+    /// Picture of the colour.
+    pub colour_texture: Option<TextureUse>,
+    /// Picture of the roughness (alpha).
+    pub roughness_texture: Option<TextureUse>,
 }
 
 impl Default for Material {

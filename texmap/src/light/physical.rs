@@ -20,18 +20,19 @@ use crate::light::blocked::BlockedLight;
 use crate::light::blocked::look::PixelLights;
 use crate::light::blocked::place::PlaceLight;
 use crate::light::environment::{Environment, WITHOUT_SUNS};
+use crate::light::layers::{LayerInputs, SeenByLayers};
 use crate::light::reflectance;
 use crate::light::suns::{LitSurface, MOST};
 use crate::screen::{LANES, Lanes};
 
 /// The reflectance of a dielectric at normal incidence: an index of refraction of 1.5.
-const DIELECTRIC: f32 = 0.04;
+pub(crate) const DIELECTRIC: f32 = 0.04;
 
 /// The least metal whose colour is known apart from that of paint.
 const LEAST_METAL: f32 = 1e-3;
 
 /// The smallest cosine between normal and eye: a normal map may turn a surface away.
-const LEAST_COSINE: f32 = 1e-3;
+pub(super) const LEAST_COSINE: f32 = 1e-3;
 
 /// Surfaces as light meets them.
 pub(crate) struct Inputs {
@@ -52,6 +53,12 @@ pub(crate) struct Inputs {
     pub(crate) open: Lanes,
     /// Mean square of the distance of normals from their mean.
     pub(crate) variance: Lanes,
+    /// The reflectance of the dielectric along the normal.
+    pub(crate) dielectric: [Lanes; 3],
+    /// As much of its reflection counts; at grazing angles it is all that is reflected.
+    pub(crate) specular: Lanes,
+    /// Layers above.
+    pub(crate) layers: LayerInputs,
     /// Where the scene blocks light.
     pub(crate) pixels: PixelLights,
 }
@@ -69,6 +76,9 @@ impl Default for Inputs {
             roughness_variance: [0.0; LANES],
             open: [1.0; LANES],
             variance: [0.0; LANES],
+            dielectric: [[DIELECTRIC; LANES]; 3],
+            specular: [1.0; LANES],
+            layers: LayerInputs::default(),
             pixels: PixelLights::default(),
         }
     }
@@ -105,6 +115,8 @@ pub(crate) fn reflect<S: Simd>(
     let with_metal = load_3(simd, &inputs.base_with_metal);
     let (per_metal, metals) = colours_of_metal(simd, metal, &base, &with_metal);
     let (lobes, count_of_lobes) = moments(simd, inputs, metal).lobes(simd);
+    let paint_f0 = load_3(simd, &inputs.dielectric);
+    let paint_f90 = load(&inputs.specular);
     let open = load(&inputs.open);
     let mut shaded = Shaded::new(simd, around, &mut inputs.pixels, count);
     let mut mirror = [zero; 3];
@@ -125,11 +137,12 @@ pub(crate) fn reflect<S: Simd>(
         let (seen, lacking) =
             seen_in_lobe(simd, (environment, &shaded), (&directions, &even), count);
         once.add(lobe, (scale, offset), lobe.metal - metal);
-        let dielectric = splat(DIELECTRIC);
         let mut f0 = [zero; 3];
+        // Reflected at grazing angles.
+        let f90 = paint_f90 + (one - paint_f90) * lobe.metal;
         for k in 0..3 {
-            f0[k] = dielectric + (metals[k] - dielectric) * lobe.metal;
-            mirror[k] += (f0[k] * scale + offset) * seen[k] * lobe.weight;
+            f0[k] = paint_f0[k] + (metals[k] - paint_f0[k]) * lobe.metal;
+            mirror[k] += (f0[k] * scale + f90 * offset) * seen[k] * lobe.weight;
         }
         let met = LitSurface {
             normal: [nx, ny, nz],
@@ -142,7 +155,7 @@ pub(crate) fn reflect<S: Simd>(
             simd,
             (environment, &shaded),
             (&met, lacking * lobe.weight),
-            &f0,
+            (&f0, f90),
             &mut mirror,
         );
     }
@@ -150,6 +163,8 @@ pub(crate) fn reflect<S: Simd>(
     let towards = ([nx, ny, nz], variance);
     irradiance(simd, (environment, &shaded), towards, count, &mut even);
     let footprint = Footprint {
+        paint_f0,
+        paint_f90,
         metal,
         per_metal,
         metals,
@@ -160,6 +175,17 @@ pub(crate) fn reflect<S: Simd>(
     let open = shaded.open(simd, (environment, open), towards, &even);
     for k in 0..3 {
         mirror[k] = (mirror[k] + further[k] * even[k]) * open;
+    }
+    if inputs.layers.used {
+        let seen = SeenByLayers {
+            layers: &inputs.layers,
+            normal: [nx, ny, nz],
+            eye: [vx, vy, vz],
+            cosine,
+            open,
+            even,
+        };
+        seen.add(simd, (environment, &shaded), count, &mut mirror);
     }
     store_colours(&mirror, &mut out[..count]);
 }
@@ -178,7 +204,7 @@ fn moments<S: Simd>(simd: S, inputs: &Inputs, metal: f32x16<S>) -> FootprintMome
 
 /// Direction to the eye, mirrored at the normal; `cosine` is that of the angle between them.
 #[inline(always)]
-fn mirrored_at<S: Simd>(
+pub(super) fn mirrored_at<S: Simd>(
     [nx, ny, nz]: [f32x16<S>; 3],
     [vx, vy, vz]: [f32x16<S>; 3],
     cosine: f32x16<S>,
@@ -221,6 +247,9 @@ fn colours_of_metal<S: Simd>(
 
 /// The metal and the paint of footprints, for the light that leaves them late.
 struct Footprint<S: Simd> {
+    /// What paint reflects along its normal and at grazing angles.
+    paint_f0: [f32x16<S>; 3],
+    paint_f90: f32x16<S>,
     metal: f32x16<S>,
     /// One over it; 0 where there is none.
     per_metal: f32x16<S>,
@@ -240,13 +269,13 @@ impl<S: Simd> Footprint<S> {
         let per_paint = one / paint.max(splat(LEAST_METAL));
         let of_metal = once.of(self.per_metal);
         let of_paint = once.of(zero - per_paint);
-        let (first, often_of_paint) = of_paint.scattered(simd, splat(DIELECTRIC));
-        let below = (one - first - often_of_paint).max(zero);
-        let often_of_paint = often_of_paint * paint;
         let mut further = [zero; 3];
         for (k, further) in further.iter_mut().enumerate() {
-            let (_, often_of_metal) = of_metal.scattered(simd, self.metals[k]);
-            let often = often_of_paint + often_of_metal * self.metal;
+            let (first, often_of_paint) =
+                of_paint.scattered(simd, (self.paint_f0[k], self.paint_f90));
+            let below = (one - first - often_of_paint).max(zero);
+            let (_, often_of_metal) = of_metal.scattered(simd, (self.metals[k], one));
+            let often = often_of_paint * paint + often_of_metal * self.metal;
             let matt = self.base[k] * (below * paint) - self.with_metal[k] * below;
             *further = often + matt.max(zero);
         }
@@ -307,22 +336,22 @@ struct EvenReflection<S: Simd> {
 impl<S: Simd> EvenReflection<S> {
     /// The light that leaves at once, and the light that leaves after it has bounced between facets.
     #[inline(always)]
-    fn scattered(&self, simd: S, f0: f32x16<S>) -> (f32x16<S>, f32x16<S>) {
+    fn scattered(&self, simd: S, (f0, f90): (f32x16<S>, f32x16<S>)) -> (f32x16<S>, f32x16<S>) {
         let one = f32x16::splat(simd, 1.0);
         let bounced = one - (self.scale + self.offset);
-        let once = f0 * self.scale + self.offset;
-        let average = f0 + (one - f0) * f32x16::splat(simd, 1.0 / 21.0);
+        let once = f0 * self.scale + f90 * self.offset;
+        let average = f0 + (f90 - f0) * f32x16::splat(simd, 1.0 / 21.0);
         (once, once * average * bounced / (one - average * bounced))
     }
 }
 
 /// Adds the light of the suns, as far as the looks around of this lobe lack them.
 #[inline(always)]
-fn add_suns<S: Simd>(
+pub(super) fn add_suns<S: Simd>(
     simd: S,
     (environment, shaded): (&Environment, &Shaded<S>),
     (met, lacking): (&LitSurface<S>, f32x16<S>),
-    f0: &[f32x16<S>; 3],
+    (f0, f90): (&[f32x16<S>; 3], f32x16<S>),
     mirror: &mut [f32x16<S>; 3],
 ) {
     let splat = |x: f32| f32x16::splat(simd, x);
@@ -330,17 +359,17 @@ fn add_suns<S: Simd>(
         let [plain, fresnel] = met.lit_by(simd, sun);
         for k in 0..3 {
             let light = splat(sun.power[k]) * lacking * *visible;
-            mirror[k] += (f0[k] * (plain - fresnel) + fresnel) * light;
+            mirror[k] += (f0[k] * (plain - fresnel) + f90 * fresnel) * light;
         }
     }
 }
 
 /// The normal and the mirrored eye.
-type Directions<S> = ([f32x16<S>; 3], [f32x16<S>; 3]);
+pub(super) type Directions<S> = ([f32x16<S>; 3], [f32x16<S>; 3]);
 
 /// The radiance that a lobe sees in two looks around, and how much of the suns these lack.
 #[inline(always)]
-fn seen_in_lobe<S: Simd>(
+pub(super) fn seen_in_lobe<S: Simd>(
     simd: S,
     (environment, shaded): (&Environment, &Shaded<S>),
     ((normal, mirrored), even): (&Directions<S>, &EvenResponse),
@@ -382,7 +411,7 @@ fn lacks_suns<S: Simd>(simd: S, roughness: f32x16<S>) -> f32x16<S> {
 
 /// Three numbers of each place.
 #[inline(always)]
-fn load_3<S: Simd>(simd: S, lanes: &[Lanes; 3]) -> [f32x16<S>; 3] {
+pub(super) fn load_3<S: Simd>(simd: S, lanes: &[Lanes; 3]) -> [f32x16<S>; 3] {
     [
         f32x16::from_slice(simd, &lanes[0]),
         f32x16::from_slice(simd, &lanes[1]),
@@ -391,11 +420,11 @@ fn load_3<S: Simd>(simd: S, lanes: &[Lanes; 3]) -> [f32x16<S>; 3] {
 }
 
 /// The light that the scene lets through to sixteen pixels.
-struct Shaded<'a, S: Simd> {
+pub(super) struct Shaded<'a, S: Simd> {
     /// Lights of places, where the scene blocks them, and those of the pixels.
     pixels: Option<(&'a [PlaceLight], &'a mut PixelLights)>,
     /// The share of each sun that arrives.
-    suns: [f32x16<S>; MOST],
+    pub(super) suns: [f32x16<S>; MOST],
     /// The share of the light in a lobe that arrives.
     lobe: f32x16<S>,
 }
@@ -539,9 +568,9 @@ fn irradiance<S: Simd>(
 
 /// The response of a surface to even light; see [`reflectance::Reflectance`].
 #[derive(Default)]
-struct EvenResponse {
-    scale: Lanes,
-    offset: Lanes,
+pub(super) struct EvenResponse {
+    pub(super) scale: Lanes,
+    pub(super) offset: Lanes,
     part_of_second: Lanes,
     /// Of both looks.
     turn: [Lanes; 2],
@@ -550,7 +579,7 @@ struct EvenResponse {
 
 impl EvenResponse {
     #[inline(always)]
-    fn look<S: Simd>(
+    pub(super) fn look<S: Simd>(
         &mut self,
         simd: S,
         environment: &Environment,

@@ -34,7 +34,7 @@ impl Charts {
     pub(crate) fn new(
         mesh: &Mesh,
         neighbours: &[[Option<Neighbour>; 3]],
-        uvs: &[&Vec<DVec2>],
+        uvs: &[&[DVec2]],
     ) -> Self {
         let ends = |triangle: u32, corner: usize| {
             let corners = mesh.triangles[triangle as usize];

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use resample_core::image::srgb_from_linear;
 use resample_mesh::scene::{AlphaMode, Material, Scene, Texels, Texture, TextureUse, Wrap};
 
+use crate::prepare::layers;
 use crate::prepare::level::{LINEAR, wrapped};
 
 /// The use of a picture in a material.
@@ -37,6 +38,11 @@ pub(crate) enum TexelUse {
         /// True if the colour is weighted by alpha.
         alpha: Weighting,
     },
+    /// Linear colour, and the alpha of a picture of the same size, which may be its own.
+    ColourWith {
+        /// The place of the picture of the alpha in the scene.
+        picture: usize,
+    },
     /// Normals in tangent space, whose x and y are scaled: see [`crate::prepare::maps`].
     Normals {
         /// Factor of x and y.
@@ -53,14 +59,18 @@ pub(crate) enum Weighting {
     ByAlpha,
 }
 
-/// The maps of light: roughness with metal, normals, occlusion where it has a picture of its own, and what is metal of the base colour.
-pub(crate) const MAPS: usize = 4;
+/// The maps of light: roughness with metal, normals, occlusion where it has a picture of its own, what is metal of the base colour, and
+/// those of layers: a coat's amount and roughness, the colour and the roughness of sheen, and those of a dielectric's reflection.
+pub(crate) const MAPS: usize = 7;
 
 /// The maps' places.
 pub(crate) const ROUGHNESS: usize = 0;
 pub(crate) const NORMALS: usize = 1;
 pub(crate) const OCCLUSION: usize = 2;
 pub(crate) const METALS: usize = 3;
+pub(crate) const COAT: usize = 4;
+pub(crate) const SHEEN: usize = 5;
+pub(crate) const REFLECTION: usize = 6;
 
 /// Metal that varies by no more codes than this is the same all over: what is lost is at most a quarter of it, 0.3 % of the light, and
 /// compressed pictures of one number vary by as much.
@@ -101,6 +111,9 @@ impl Pictures {
             ),
             used(occlusion, TexelUse::Numbers),
             metals(scene, material, varying),
+            layers::coat(scene, &physical).map(|layer| layer.used),
+            layers::sheen(scene, &physical).map(|layer| layer.used),
+            layers::reflection(scene, &physical).map(|layer| layer.used),
         ];
         let mut place = occlusion.map(|_| OCCLUSION);
         if let (Some(occlusion), Some(roughness)) = (occlusion, roughness)
@@ -216,6 +229,19 @@ pub(crate) fn numbers_with(texture: &Texture, occlusion: &Texture) -> Vec<Vec4> 
         .zip(red)
         .for_each(|(texel, red)| texel.x = red);
     numbers
+}
+
+/// Linear colour, and the alpha of another picture of the same size.
+pub(crate) fn colour_with(texture: &Texture, alpha: &Texture) -> Vec<Vec4> {
+    let mut colours = linear_colours(texture, Weighting::Even);
+    match &alpha.texels {
+        Texels::Srgb8(texels) => (colours.par_iter_mut().zip(texels.par_iter()))
+            .for_each(|(colour, texel)| colour.w = f32::from(texel[3]) * (1.0 / 255.0)),
+        Texels::LinearF32(texels) => {
+            (colours.par_iter_mut().zip(texels)).for_each(|(colour, texel)| colour.w = texel[3]);
+        }
+    }
+    colours
 }
 
 /// Linear base colour times metal, and roughness times metal, by the texels of the base colour.

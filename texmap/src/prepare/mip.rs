@@ -98,6 +98,10 @@ fn decoded(
             let numbers = maps::numbers_with(texture, &pictures[picture]);
             unorm(padded(&numbers, size, |t| narrowed(*t)))
         }
+        (_, TexelUse::ColourWith { picture }) => {
+            let colours = maps::colour_with(texture, &pictures[picture]);
+            unorm(padded(&colours, size, |t| narrowed(*t)))
+        }
         (
             of_base,
             TexelUse::Metals {

@@ -1,12 +1,13 @@
 //! A scene as the renderer keeps it: meshes with texture coordinates in texels, materials, pyramids.
 //!
 //! Takes a [`Scene`], once. A picture that several materials use in one way is decoded once. In the order of use: pictures that
-//! replace those of the file (`textures`), the use of pictures in materials and maps of light (`maps`), mip
+//! replace those of the file (`textures`), the use of pictures in materials and maps of light (`maps`), layers above metal and paint (`layers`), mip
 //! levels (`level`, `mip`), triangles that share an edge and borders of charts (`charts`), and triangles whose emission is
 //! black (`no_emission`).
 
 pub(crate) mod textures;
 pub(crate) mod maps;
+pub(crate) mod layers;
 pub(crate) mod level;
 pub(crate) mod mip;
 pub(crate) mod charts;
@@ -21,7 +22,8 @@ use crate::light::Environment;
 use crate::light::tangents::{self, Tangents};
 use crate::options::{RenderOptions, Shade, Shadows};
 use crate::prepare::charts::{Charts, Neighbour, neighbours};
-pub(crate) use crate::prepare::maps::{MAPS, METALS, NORMALS, OCCLUSION, ROUGHNESS};
+use crate::prepare::layers::{LayerPicture, Layers};
+pub(crate) use crate::prepare::maps::{COAT, MAPS, METALS, NORMALS, REFLECTION, ROUGHNESS, SHEEN};
 use crate::prepare::maps::{Pictures, TexelUse, Used, VaryingMetals, per_base};
 use crate::prepare::mip::Pyramid;
 use crate::prepare::no_emission::black_around;
@@ -107,6 +109,8 @@ pub(crate) struct PreparedPhysical {
     /// The map that holds occlusion, if there is one.
     pub(crate) occlusion: Option<usize>,
     pub(crate) maps: [Option<LightMap>; MAPS],
+    /// Where it has more than metal and paint.
+    pub(crate) layers: Option<Layers>,
 }
 
 /// A map of light.
@@ -263,6 +267,7 @@ fn prepared_physical(
         occlusion_strength: physical.occlusion_strength.clamp(0.0, 1.0),
         occlusion: pictures.occlusion,
         maps: pictures.maps.map(map),
+        layers: Layers::new(scene, &physical),
     }
 }
 
@@ -295,20 +300,28 @@ fn prepared_mesh(scene: &Scene, mesh: &Mesh, prepared: &PreparedMaterial) -> Pre
     let (base_uv, emissive_uv) = (uv(&material.base_texture), uv(&material.emissive_texture));
     let neighbours = neighbours(&mesh.positions, &mesh.triangles);
     let physical = material.physical.unwrap_or_default();
+    let layer = |layer: Option<LayerPicture>| layer.map(|layer| layer.used.0);
     let used = [
         physical.metal_roughness_texture,
         physical.normal_texture,
         physical.occlusion_texture,
         material.base_texture,
+        layer(layers::coat(scene, &physical)),
+        layer(layers::sheen(scene, &physical)),
+        layer(layers::reflection(scene, &physical)),
     ];
     let map = |k: usize| prepared.physical.and_then(|physical| physical.maps[k]);
-    let map_uv = [ROUGHNESS, NORMALS, OCCLUSION, METALS].map(|k| {
+    let map_uv: [Vec<DVec2>; MAPS] = std::array::from_fn(|k| {
         let is_own = map(k).is_some_and(|map| map.per_base.is_none());
         if is_own { uv(&used[k]) } else { Vec::new() }
     });
-    let [a, b, c, _] = &map_uv;
+    let of_maps = map_uv.iter().map(Vec::as_slice);
+    let lists: Vec<&[DVec2]> = [&*base_uv, &*emissive_uv]
+        .into_iter()
+        .chain(of_maps)
+        .collect();
     PreparedMesh {
-        charts: Charts::new(mesh, &neighbours, &[&base_uv, &emissive_uv, a, b, c]),
+        charts: Charts::new(mesh, &neighbours, &lists),
         origin_in_world: scene.origin_in_world,
         positions: mesh.positions.clone(),
         normals: mesh.normals.clone(),

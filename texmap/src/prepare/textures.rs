@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use resample_mesh::scene::{AlphaMode, Material, Physical, Scene, Texels, Texture};
+use resample_mesh::scene::{AlphaMode, Material, Scene, Texels, Texture};
 
 /// The pictures of a scene's surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -77,13 +77,11 @@ fn leave_out(material: &mut Material, textures: Textures) {
             Some(_) => 0.0,
             None => physical.metal,
         };
-        *physical = Physical {
-            metal,
-            metal_roughness_texture: None,
-            normal_texture: None,
-            occlusion_texture: None,
-            ..*physical
-        };
+        physical.metal = metal;
+    }
+    // The first is that of the base colour.
+    for used in material.textures_mut().into_iter().skip(1) {
+        *used = None;
     }
     match textures {
         Textures::Grid if material.base_texture.is_some() => {

@@ -279,7 +279,7 @@ impl Surface {
             }
             let tangent = |k: usize| plane(tangents.map(|t| flip * f64::from(t[k])));
             Box::new(SurfaceMaps {
-                maps: [0, 1, 2, 3].map(map),
+                maps: std::array::from_fn(map),
                 tangent: [tangent(0), tangent(1), tangent(2)],
                 side: flip as f32 * tangents[0][3],
                 lit: tile.blocked.and_then(|blocked| {

@@ -7,12 +7,14 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use glam::{Vec3, Vec4};
 use resample_core::dispatch;
-use resample_mesh::scene::AlphaMode;
+use resample_mesh::scene::{AlphaMode, CoatNormals};
 
 use crate::light::blocked::look::OnTriangle;
-use crate::light::physical::{Inputs, Surrounding, reflect};
+use crate::light::layers::LayerInputs;
+use crate::light::physical::{DIELECTRIC, Inputs, Surrounding, reflect};
+use crate::prepare::layers::{Layers, Shares};
 use crate::prepare::maps::{mean_normal, variance_within};
-use crate::prepare::{MAPS, METALS, NORMALS, PreparedPhysical, ROUGHNESS};
+use crate::prepare::{COAT, MAPS, METALS, NORMALS, PreparedPhysical, REFLECTION, ROUGHNESS, SHEEN};
 use crate::project::surface::{Batch, MapPlanes, Surface, SurfaceMaps};
 use crate::screen::{LANES, Lanes, value};
 use crate::texture::ellipse::PIXEL_VARIANCE;
@@ -120,6 +122,21 @@ impl LightBatch {
             self.inputs.eye[k][lane] = eye[k];
         }
         self.inputs.variance[lane] = variance + of_surface * PIXEL_VARIANCE;
+        if let Some(layers) = &physical.layers {
+            let (coat, variance) = match layers.coat_normals {
+                CoatNormals::AsBelow => (normal, self.inputs.variance[lane]),
+                CoatNormals::Smooth => {
+                    let of_mesh = [0, 1, 2].map(|k: usize| value(&surface.normal[k], sample.at_px));
+                    let of_mesh = Vec3::from(of_mesh).normalize_or_zero();
+                    (of_mesh, of_surface * PIXEL_VARIANCE)
+                }
+            };
+            let above = &mut self.inputs.layers;
+            for k in 0..3 {
+                above.coat_normal[k][lane] = coat[k];
+            }
+            above.coat_variance[lane] = variance;
+        }
         if let Some(on) = on_triangle(tile, (surface, maps)) {
             self.inputs.pixels.put_pixel(lane, &on, sample.at_px);
         }
@@ -143,6 +160,10 @@ impl LightBatch {
         let mut lit = [Vec4::ZERO; LANES];
         let inputs = &mut self.inputs;
         dispatch!(tile.frame.simd, simd => reflect(simd, around, inputs, count, &mut lit));
+        if self.inputs.layers.used {
+            // The next batch may hold places without layers.
+            self.inputs.layers = LayerInputs::default();
+        }
         for (pixel, lit) in self.pixels[..count].iter().zip(lit) {
             let sum = &mut rgba[pixel.place];
             *sum = (Vec4::from(*sum) + lit * pixel.scale + pixel.added).to_array();
@@ -271,6 +292,16 @@ fn put(
         inputs.base_with_metal[k][at] = with_metal[k];
     }
     inputs.roughness_with_metal[at] = with_metal.w;
+    match &physical.layers {
+        Some(layers) => put_layers(layers, (texels, &maps.maps), at, inputs),
+        None => {
+            inputs
+                .dielectric
+                .iter_mut()
+                .for_each(|part| part[at] = DIELECTRIC);
+            inputs.specular[at] = 1.0;
+        }
+    }
     inputs.roughness[at] = roughness;
     inputs.roughness_variance[at] = variance;
     inputs.metal[at] = metal;
@@ -278,6 +309,43 @@ fn put(
         Some(map) => 1.0 + physical.occlusion_strength * (texels[map].x - 1.0),
         None => 1.0,
     };
+}
+
+/// Puts layers, and how the dielectric reflects, into what light meets.
+fn put_layers(
+    layers: &Layers,
+    (texels, maps): (&[Vec4; MAPS], &[Option<MapPlanes>; MAPS]),
+    at: usize,
+    inputs: &mut Inputs,
+) {
+    // A mesh without coordinates has no texels.
+    let shares = |map: usize, shares: Shares| match maps[map] {
+        Some(_) => shares,
+        None => Shares::default(),
+    };
+    let number = |has: bool, texel: f32| if has { texel } else { 1.0 };
+    let colour = |map: usize, has: bool| match has {
+        true => texels[map].truncate(),
+        false => Vec3::ONE,
+    };
+    let of = shares(REFLECTION, layers.reflection);
+    let specular = layers.specular * number(of.has_second, texels[REFLECTION].w);
+    let dielectric = layers.reflectance * colour(REFLECTION, of.has_first) * specular;
+    for k in 0..3 {
+        inputs.dielectric[k][at] = dielectric[k];
+    }
+    inputs.specular[at] = specular;
+    let above = &mut inputs.layers;
+    above.used = true;
+    let of = shares(COAT, layers.coated);
+    above.coat[at] = layers.coat * number(of.has_first, texels[COAT].x);
+    above.coat_roughness[at] = layers.coat_roughness * number(of.has_second, texels[COAT].y);
+    let of = shares(SHEEN, layers.of_sheen);
+    let sheen = layers.sheen * colour(SHEEN, of.has_first);
+    for k in 0..3 {
+        above.sheen[k][at] = sheen[k];
+    }
+    above.sheen_roughness[at] = layers.sheen_roughness * number(of.has_second, texels[SHEEN].w);
 }
 
 // The colours of a batch of sub-pixels: textures looked up, lit.
@@ -353,7 +421,7 @@ fn reflect_batch<S: Simd>(
     for k in 0..batch.count {
         let of = |texture: usize| texels.colours[texture][k];
         let own = unlit_colour(tile, surface, batch.at(k), (of(BASE), of(EMISSIVE)));
-        let of_maps = [0, 1, 2, 3].map(|map: usize| of(FIRST_MAP + map));
+        let of_maps = std::array::from_fn(|map| of(FIRST_MAP + map));
         put(physical, maps, (&of_maps, &own), k, inputs);
         (scales[k], added[k]) = (own.scale, own.added);
         if let Some(on) = &on {
@@ -361,7 +429,14 @@ fn reflect_batch<S: Simd>(
         }
     }
     take_normals(maps, batch.count, texels, inputs);
+    inputs.layers.used = physical.layers.is_some();
     turn_normals(tile, simd, (surface, maps, batch), inputs);
+    if let Some(layers) = &physical.layers
+        && layers.coat_normals == CoatNormals::AsBelow
+    {
+        inputs.layers.coat_normal = inputs.normal;
+        inputs.layers.coat_variance = inputs.variance;
+    }
     reflect(simd, around, inputs, batch.count, out);
     for k in 0..batch.count {
         out[k] = out[k] * scales[k] + added[k];
@@ -400,6 +475,12 @@ fn turn_normals<S: Simd>(
         n[k] = normal[k] * per_length;
         t[k] = tangent[k] * per_tangent;
         (zero - ray[k] * per_ray).store_slice(&mut inputs.eye[k]);
+    }
+    if inputs.layers.used {
+        for (part, lanes) in n.iter().zip(&mut inputs.layers.coat_normal) {
+            part.store_slice(lanes);
+        }
+        own.store_slice(&mut inputs.layers.coat_variance);
     }
     let side = splat(maps.side);
     let bitangent = [

@@ -106,21 +106,13 @@ fn check_numbers(mesh: &Mesh, origin: DVec3) -> Result<(), String> {
 
 /// Where a mesh lacks the coordinates that its material's texture wants, it gets a material without that texture.
 fn drop_unusable_textures(scene: &mut Scene, notes: &mut Notes) {
-    let mut without: HashMap<(usize, [bool; 5]), usize> = HashMap::new();
+    let mut without: HashMap<(usize, Vec<bool>), usize> = HashMap::new();
     for mesh in &mut scene.meshes {
         let material = &scene.materials[mesh.material];
-        let lacks = |texture: &Option<TextureUse>| {
-            texture.is_some_and(|used| used.uv_set >= mesh.uvs.len())
-        };
-        let physical = material.physical.unwrap_or_default();
-        let lacking = [
-            lacks(&material.base_texture),
-            lacks(&material.emissive_texture),
-            lacks(&physical.metal_roughness_texture),
-            lacks(&physical.normal_texture),
-            lacks(&physical.occlusion_texture),
-        ];
-        if lacking == [false; 5] {
+        let lacks = |used: TextureUse| used.uv_set >= mesh.uvs.len();
+        let uses = material.textures().into_iter();
+        let lacking: Vec<bool> = uses.map(|used| used.is_some_and(lacks)).collect();
+        if !lacking.contains(&true) {
             continue;
         }
         notes.say(format!(
@@ -128,26 +120,24 @@ fn drop_unusable_textures(scene: &mut Scene, notes: &mut Notes) {
             excerpt(&mesh.name),
             excerpt(&material.name)
         ));
-        let place = *without.entry((mesh.material, lacking)).or_insert_with(|| {
-            scene
-                .materials
-                .push(without_textures(&scene.materials[mesh.material], lacking));
-            scene.materials.len() - 1
-        });
+        let key = (mesh.material, lacking);
+        let place = match without.get(&key) {
+            Some(&place) => place,
+            None => {
+                let plain = without_textures(&scene.materials[mesh.material], &key.1);
+                scene.materials.push(plain);
+                without.insert(key, scene.materials.len() - 1);
+                scene.materials.len() - 1
+            }
+        };
         mesh.material = place;
     }
 }
 
-fn without_textures(material: &Material, lacking: [bool; 5]) -> Material {
-    let [base, emissive, roughness, normal, occlusion] = lacking;
+fn without_textures(material: &Material, lacking: &[bool]) -> Material {
     let mut material = material.clone();
-    material.base_texture = material.base_texture.filter(|_| !base);
-    material.emissive_texture = material.emissive_texture.filter(|_| !emissive);
-    if let Some(physical) = &mut material.physical {
-        let texture = &mut physical.metal_roughness_texture;
-        *texture = texture.filter(|_| !roughness);
-        physical.normal_texture = physical.normal_texture.filter(|_| !normal);
-        physical.occlusion_texture = physical.occlusion_texture.filter(|_| !occlusion);
+    for (used, lacks) in material.textures_mut().into_iter().zip(lacking) {
+        *used = used.filter(|_| !lacks);
     }
     material
 }
@@ -162,7 +152,7 @@ pub(crate) fn indices(scene: &Scene) -> Result<(), String> {
             name => format!("mesh '{name}': {what}"),
         })?;
     }
-    let used = scene.materials.iter().flat_map(textures_of);
+    let used = scene.materials.iter().flat_map(Material::textures);
     if let Some(used) = used
         .flatten()
         .find(|used| used.texture >= scene.textures.len())
@@ -215,17 +205,6 @@ fn mesh_indices(mesh: &Mesh, materials: usize) -> Result<(), String> {
             "there are {count} {what} for {vertices} vertices: expected one for each"
         )),
     }
-}
-
-fn textures_of(material: &Material) -> [Option<TextureUse>; 5] {
-    let physical = material.physical.unwrap_or_default();
-    [
-        material.base_texture,
-        material.emissive_texture,
-        physical.metal_roughness_texture,
-        physical.normal_texture,
-        physical.occlusion_texture,
-    ]
 }
 
 // The origin of a scene: positions of f64 become numbers of f32 that count from a point near them.

@@ -8,7 +8,7 @@ use gltf::json::Root;
 use serde_json::{Number, Value, json};
 
 use crate::input::files::{self, Names, excerpt};
-use crate::input::gltf::compressed;
+use crate::input::gltf::{compressed, layers};
 use crate::input::options::Notes;
 
 // The container: JSON alone or a binary file with JSON and data, and the buffers that they name.
@@ -279,10 +279,14 @@ fn numbers<const N: usize>(node: &Value, key: &str) -> Option<[f64; N]> {
 pub(super) const INSTANCES: &str = "EXT_mesh_gpu_instancing";
 
 /// Extensions that change what is seen and are understood here.
-const DECODED: [&str; 10] = [
+const DECODED: [&str; 14] = [
     INSTANCES,
     compressed::MESHOPT[0],
     compressed::MESHOPT[1],
+    layers::IOR,
+    layers::SPECULAR,
+    layers::CLEARCOAT,
+    layers::SHEEN,
     "EXT_texture_webp",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",

@@ -3,8 +3,8 @@
 //! Takes the document and its buffers, gives materials and textures in the order in which meshes ask for them: what
 //! nobody uses is not decoded. A picture that cannot be read is an error, or leaves its factor and a note, as is asked for.
 //! Source: glTF 2.0, 3.8 and 3.9, with KHR_texture_transform, KHR_materials_unlit, KHR_materials_emissive_strength,
-//! KHR_materials_pbrSpecularGlossiness (its diffuse part), KHR_materials_transmission (its factor) and EXT_texture_webp. Limits: every further
-//! layer of light is left out.
+//! KHR_materials_pbrSpecularGlossiness (its diffuse part), KHR_materials_transmission (its factor), EXT_texture_webp and KHR_texture_basisu; other layers in
+//! `layers`. Limits: refraction, iridescence and anisotropy are left out.
 
 use std::collections::HashMap;
 
@@ -19,7 +19,7 @@ use resample_io::whole_picture::ImageFormat;
 
 use crate::input::files::{self, Names};
 use crate::input::gltf::accessor::Numbers;
-use crate::input::gltf::document;
+use crate::input::gltf::{document, layers};
 use crate::input::options::{LightMaps, Notes};
 use crate::scene::{
     AlphaMode, Lighting, Magnify, Material, Physical, Sides, Texture, TextureUse, Wrap,
@@ -166,12 +166,9 @@ impl<'a> Materials<'a> {
             }),
         };
         let numbers = material.base_colour.iter().chain(&material.emissive);
-        let of_light = material.physical.iter().all(|physical| {
-            let factors = [physical.metal, physical.roughness, physical.normal_scale];
-            factors.iter().all(|factor| factor.is_finite())
-                && physical.occlusion_strength.is_finite()
-        });
-        if !of_light || !numbers.chain([&cutoff]).all(|number| number.is_finite()) {
+        let of_light = material.physical.iter().flat_map(factors_of);
+        let mut all = numbers.copied().chain([cutoff]).chain(of_light);
+        if !all.all(f32::is_finite) {
             return Err(format!("material {index}: a factor is not finite"));
         }
         Ok(material)
@@ -211,12 +208,26 @@ impl<'a> Materials<'a> {
                 .and_then(|e| transformed(&e.others)),
             extras: occlusion.extras.clone(),
         });
+        let metal_roughness = pbr.metallic_roughness_texture.as_ref();
+        let metal_roughness_texture = self.texture_use(metal_roughness, notes)?;
+        let normal_texture = self.texture_use(normal_info.as_ref(), notes)?;
+        let none = serde_json::Map::new();
+        let others = json.extensions.as_ref().map_or(&none, |all| &all.others);
+        let mut find = |info: &Info| self.texture_use(Some(info), notes);
+        let dielectric = layers::dielectric(others, &mut find)?;
+        let (coat, lacks_normals) = layers::coat(others, normal_texture, &mut find)?;
+        let sheen = layers::sheen(others, &mut find)?;
+        if lacks_normals {
+            notes.say(layers::OTHER_NORMALS.to_owned());
+        }
         Ok(Physical {
             metal: pbr.metallic_factor.0,
             roughness: pbr.roughness_factor.0,
-            metal_roughness_texture: self
-                .texture_use(pbr.metallic_roughness_texture.as_ref(), notes)?,
-            normal_texture: self.texture_use(normal_info.as_ref(), notes)?,
+            metal_roughness_texture,
+            normal_texture,
+            dielectric,
+            coat,
+            sheen,
             normal_scale: normal.map_or(1.0, |normal| normal.scale),
             occlusion_texture: self.texture_use(occlusion_info.as_ref(), notes)?,
             occlusion_strength: occlusion.map_or(1.0, |occlusion| occlusion.strength.0),
@@ -330,6 +341,31 @@ impl<'a> Materials<'a> {
             (None, None) => Err("has neither a file nor data".into()),
         }
     }
+}
+
+/// The factors of what reflects light.
+fn factors_of(physical: &Physical) -> Vec<f32> {
+    let dielectric = &physical.dielectric;
+    let mut factors = vec![
+        physical.metal,
+        physical.roughness,
+        physical.normal_scale,
+        physical.occlusion_strength,
+        dielectric.ior,
+        dielectric.specular,
+    ];
+    factors.extend(dielectric.colour);
+    factors.extend(
+        physical
+            .coat
+            .iter()
+            .flat_map(|coat| [coat.amount, coat.roughness]),
+    );
+    if let Some(sheen) = &physical.sheen {
+        factors.extend(sheen.colour);
+        factors.push(sheen.roughness);
+    }
+    factors
 }
 
 /// The extensions of a normal or an occlusion map, which the crate leaves undecoded.

@@ -4,13 +4,14 @@
 //! (`compressed`), nodes are placed (`nodes`), at a moment of an
 //! animation (`animation`), and each mesh of the chosen scene is read (`primitive`) with its material (`material`); every number
 //! comes through `accessor`, which checks it.
-//! Source: the glTF 2.0 specification of the Khronos Group. Limits: points and lines are left out, and of materials the layers of light beyond metal and roughness.
+//! Source: the glTF 2.0 specification of the Khronos Group. Limits: points and lines are left out, and of materials refraction, iridescence and anisotropy.
 
 mod accessor;
 mod compressed;
 mod document;
 mod animation;
 mod nodes;
+mod layers;
 mod material;
 mod primitive;
 

@@ -102,7 +102,7 @@ fn quaternion(vector: Vector) -> [f64; 4] {
     let [x, y, z, _] = vector.signed.map(|number| f64::from(number) * scale);
     let largest = (1.0 - x * x - y * y - z * z).max(0.0).sqrt();
     let mut numbers = [largest, x, y, z].map(|number| number * vector.most());
-    numbers.rotate_right((last & 3) as usize);
+    numbers.rotate_right(usize::try_from(last & 3).unwrap_or(0));
     numbers
 }
 

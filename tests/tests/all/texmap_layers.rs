@@ -1,0 +1,292 @@
+//! Layers of materials: how a dielectric reflects, clear coats and sheen, against sums over directions in f64.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use resample_core::{Camera, LookAt};
+use resample_tests::meshes::surroundings::{Above, Reflector, lamps, reflected_through};
+use resample_tests::meshes::textured::{material, quad, texture_use};
+use texmap::scene::{
+    Coat, CoatNormals, Dielectric, Lighting, Material, Physical, Sheen, Surroundings, Texels,
+    Texture, Wrap,
+};
+use texmap::{RenderOptions, Renderer, Scene};
+
+/// What a camera far away sees in the middle of a square in the plane z = 0.
+fn seen(
+    surroundings: &Surroundings,
+    textures: Vec<Texture>,
+    physical: Physical,
+    eye: DVec3,
+) -> DVec3 {
+    let corners = [[-8.0, -8.0], [8.0, -8.0], [8.0, 8.0], [-8.0, 8.0]].map(|[x, y]| [x, y, 0.0]);
+    let scene = Scene {
+        meshes: vec![quad(
+            corners,
+            [[0.0, 1.0], [1.0; 2], [1.0, 0.0], [0.0; 2]],
+            0,
+        )],
+        materials: vec![Material {
+            base_colour: [0.5, 0.25, 0.1, 1.0],
+            lighting: Lighting::Lit,
+            physical: Some(physical),
+            ..material(None)
+        }],
+        textures,
+        surroundings: Some(Arc::new(surroundings.clone())),
+        ..Scene::default()
+    };
+    let pose = LookAt {
+        position: eye * 50.0,
+        target: DVec3::ZERO,
+        up: DVec3::Y,
+    };
+    let camera = Camera::orthographic(&pose, 4.0, [8, 8]).expect("a pose with a direction");
+    let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("good options");
+    let image = renderer.render(&camera).expect("a valid camera").image;
+    let [r, g, b, _] = image.pixel(4, 4).map(f64::from);
+    DVec3::new(r, g, b)
+}
+
+fn eyes() -> [DVec3; 4] {
+    [0.1, 0.6, 1.0, 1.3].map(|angle: f64| DVec3::new(angle.sin(), 0.0, angle.cos()))
+}
+
+const BELOW: Reflector = Reflector {
+    base: DVec3::new(0.5, 0.25, 0.1),
+    metal: 0.2,
+    roughness: 0.6,
+};
+
+fn physical() -> Physical {
+    Physical {
+        metal: 0.2,
+        roughness: 0.6,
+        ..Physical::default()
+    }
+}
+
+/// The worst difference from the sum, over eyes, as a part of it.
+fn worst(surroundings: &Surroundings, physical: Physical, above: &Above) -> f64 {
+    let mut worst = 0.0f64;
+    for eye in eyes() {
+        let light = seen(surroundings, Vec::new(), physical, eye);
+        let at = (DVec3::Z, eye);
+        let truth = reflected_through(surroundings, (&BELOW, above), at, 1 << 15);
+        worst = worst.max(((light - truth) / truth).abs().max_element());
+    }
+    worst
+}
+
+/// The error of a plain surface in this room is that of blurred light; each layer adds at most as much again.
+const MOST: f64 = 0.06;
+
+#[test]
+fn dielectrics_reflect_by_their_index_their_colour_and_their_amount() {
+    let room = lamps(128);
+    let plain = worst(&room, physical(), &Above::default());
+    assert!(plain < MOST, "without: {plain}");
+    for (ior, specular, colour) in [
+        (2.4, 1.0, [1.0; 3]),
+        (1.33, 1.0, [1.0; 3]),
+        (1.5, 0.3, [1.0; 3]),
+        (1.8, 0.9, [0.2, 1.0, 0.6]),
+    ] {
+        let dielectric = Dielectric {
+            ior,
+            specular,
+            colour,
+            ..Dielectric::default()
+        };
+        let f0 = f64::from((ior - 1.0) / (ior + 1.0)).powi(2) * f64::from(specular);
+        let above = Above {
+            f0: DVec3::from(colour.map(f64::from)) * f0,
+            f90: f64::from(specular),
+            ..Above::default()
+        };
+        let physical = Physical {
+            dielectric,
+            ..physical()
+        };
+        let off = worst(&room, physical, &above);
+        assert!(off < MOST, "{dielectric:?}: {off}");
+    }
+}
+
+#[test]
+fn coats_reflect_above_what_they_dim() {
+    let room = lamps(128);
+    for (amount, roughness) in [(1.0, 0.05), (1.0, 0.3), (0.5, 0.6)] {
+        let coat = Coat {
+            amount,
+            roughness,
+            amount_texture: None,
+            roughness_texture: None,
+            normals: CoatNormals::Smooth,
+        };
+        let above = Above {
+            coat: [amount, roughness].map(f64::from),
+            ..Above::default()
+        };
+        let physical = Physical {
+            coat: Some(coat),
+            ..physical()
+        };
+        let off = worst(&room, physical, &above);
+        assert!(off < MOST, "{coat:?}: {off}");
+    }
+}
+
+fn fibres(colour: [f32; 3], roughness: f32) -> (Physical, Above) {
+    let sheen = Sheen {
+        colour,
+        roughness,
+        colour_texture: None,
+        roughness_texture: None,
+    };
+    let above = Above {
+        sheen: DVec3::from(colour.map(f64::from)),
+        sheen_roughness: f64::from(roughness),
+        ..Above::default()
+    };
+    let physical = Physical {
+        sheen: Some(sheen),
+        ..physical()
+    };
+    (physical, above)
+}
+
+#[test]
+fn fibres_shine_at_grazing_angles() {
+    let even = Surroundings {
+        width: 8,
+        height: 4,
+        rgb: vec![[1.0; 3]; 32],
+    };
+    let room = lamps(128);
+    for (colour, roughness) in [([1.0; 3], 0.3), ([0.2, 0.5, 0.9], 0.6), ([0.8; 3], 1.0)] {
+        let (physical, above) = fibres(colour, roughness);
+        let off = worst(&even, physical, &above);
+        assert!(off < 0.01, "{colour:?}, {roughness} in even light: {off}");
+        let off = worst(&room, physical, &above);
+        assert!(off < 0.15, "{colour:?}, {roughness} in a room: {off}");
+    }
+}
+
+/// A picture of one colour.
+fn even_picture(texel: [u8; 4]) -> Texture {
+    Texture {
+        name: String::new(),
+        width: 4,
+        height: 4,
+        texels: Texels::Srgb8(Arc::new(vec![texel; 16])),
+    }
+}
+
+#[test]
+fn pictures_of_layers_are_their_factors() {
+    let room = lamps(64);
+    let picture = |texture: usize| {
+        Some(texmap::scene::TextureUse {
+            texture,
+            ..texture_use(Wrap::Repeat)
+        })
+    };
+    // Codes 188 and 128 of sRGB.
+    let [light, dark] =
+        [188u8, 128].map(|code| resample_core::image::linear_from_srgb(f32::from(code) / 255.0));
+    let share = |code: u8| f32::from(code) / 255.0;
+    let textures = vec![
+        even_picture([102, 204, 0, 255]),
+        even_picture([0, 51, 0, 255]),
+        even_picture([188, 128, 188, 153]),
+        even_picture([0, 0, 0, 204]),
+    ];
+    let coat = |amount, roughness, amount_texture, roughness_texture| Coat {
+        amount,
+        roughness,
+        amount_texture,
+        roughness_texture,
+        normals: CoatNormals::Smooth,
+    };
+    let sheen = |colour, roughness, colour_texture, roughness_texture| Sheen {
+        colour,
+        roughness,
+        colour_texture,
+        roughness_texture,
+    };
+    let of_coat = |coat| Physical {
+        coat: Some(coat),
+        ..physical()
+    };
+    let of_sheen = |sheen| Physical {
+        sheen: Some(sheen),
+        ..physical()
+    };
+    let of_dielectric = |dielectric| Physical {
+        dielectric,
+        ..physical()
+    };
+    let pairs = [
+        (
+            of_coat(coat(1.0, 0.5, picture(0), None)),
+            of_coat(coat(share(102), 0.5, None, None)),
+        ),
+        (
+            of_coat(coat(1.0, 0.5, picture(0), picture(0))),
+            of_coat(coat(share(102), 0.5 * share(204), None, None)),
+        ),
+        (
+            of_coat(coat(0.5, 1.0, picture(0), picture(1))),
+            of_coat(coat(0.5 * share(102), share(51), None, None)),
+        ),
+        (
+            of_sheen(sheen([1.0; 3], 0.5, picture(2), None)),
+            of_sheen(sheen([light, dark, light], 0.5, None, None)),
+        ),
+        (
+            of_sheen(sheen([0.5; 3], 1.0, picture(2), picture(3))),
+            of_sheen(sheen(
+                [0.5 * light, 0.5 * dark, 0.5 * light],
+                share(204),
+                None,
+                None,
+            )),
+        ),
+        (
+            of_dielectric(Dielectric {
+                ior: 2.0,
+                specular_texture: picture(2),
+                colour_texture: picture(2),
+                ..Dielectric::default()
+            }),
+            of_dielectric(Dielectric {
+                ior: 2.0,
+                specular: share(153),
+                colour: [light, dark, light],
+                ..Dielectric::default()
+            }),
+        ),
+        (
+            of_dielectric(Dielectric {
+                ior: 2.0,
+                specular_texture: picture(3),
+                ..Dielectric::default()
+            }),
+            of_dielectric(Dielectric {
+                ior: 2.0,
+                specular: share(204),
+                ..Dielectric::default()
+            }),
+        ),
+    ];
+    for (number, (with_pictures, with_factors)) in pairs.into_iter().enumerate() {
+        for eye in eyes() {
+            let one = seen(&room, textures.clone(), with_pictures, eye);
+            let other = seen(&room, textures.clone(), with_factors, eye);
+            // Texels are kept in 16 bits.
+            let off = ((one - other) / other).abs().max_element();
+            assert!(off < 1e-3, "pair {number} from {eye:.2}: {one} for {other}");
+        }
+    }
+}

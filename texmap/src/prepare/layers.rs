@@ -1,0 +1,171 @@
+//! The layers of a material above and below its metal and paint: a clear coat, sheen, and the reflection of its dielectric.
+//!
+//! Takes a material; gives the numbers of each layer and the picture of it. A layer has two pictures in glTF; where both lie alike and are as
+//! large, they become one with the numbers of both. Limits: where they do not, the second counts by its mean.
+
+use glam::Vec3;
+use resample_core::image::srgb_from_linear;
+use resample_core::narrow;
+use resample_mesh::scene::{CoatNormals, Physical, Scene, Texels, TextureUse};
+
+use crate::prepare::maps::{TexelUse, Used};
+
+/// The reflection of a dielectric, a coat and sheen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Layers {
+    /// Reflectance along the normal: red, green, blue.
+    pub(crate) reflectance: Vec3,
+    /// How much of the reflection counts.
+    pub(crate) specular: f32,
+    pub(crate) reflection: Shares,
+    pub(crate) coat: f32,
+    pub(crate) coat_roughness: f32,
+    pub(crate) coat_normals: CoatNormals,
+    pub(crate) coated: Shares,
+    pub(crate) sheen: Vec3,
+    pub(crate) sheen_roughness: f32,
+    pub(crate) of_sheen: Shares,
+}
+
+/// The numbers that the picture of a layer has; the others are 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Shares {
+    /// The first: the amount of a coat, a colour.
+    pub(crate) has_first: bool,
+    /// The second: a roughness, the amount of a reflection.
+    pub(crate) has_second: bool,
+}
+
+/// The picture of a layer.
+pub(crate) struct LayerPicture {
+    pub(crate) used: Used,
+    shares: Shares,
+    /// The mean of the second picture, where it could not be joined.
+    second_mean: f32,
+}
+
+impl Layers {
+    /// The layers of a material; `None` where it has only those that every material has.
+    pub(crate) fn new(scene: &Scene, physical: &Physical) -> Option<Self> {
+        let plain = Physical::default();
+        let is_plain = physical.dielectric == plain.dielectric
+            && physical.coat.is_none()
+            && physical.sheen.is_none();
+        if is_plain {
+            return None;
+        }
+        let finished = |layer: Option<LayerPicture>| {
+            layer.map_or((Shares::default(), 1.0), |layer| {
+                (layer.shares, layer.second_mean)
+            })
+        };
+        let (reflection, specular_mean) = finished(reflection(scene, physical));
+        let (coated, coat_mean) = finished(coat(scene, physical));
+        let (of_sheen, sheen_mean) = finished(sheen(scene, physical));
+        let dielectric = &physical.dielectric;
+        let part = |number: f32| number.clamp(0.0, 1.0);
+        let (coat, sheen) = (physical.coat, physical.sheen);
+        Some(Self {
+            reflectance: Vec3::from(dielectric.reflectance()).clamp(Vec3::ZERO, Vec3::ONE),
+            specular: part(dielectric.specular * specular_mean),
+            reflection,
+            coat: coat.map_or(0.0, |coat| part(coat.amount)),
+            coat_roughness: coat.map_or(0.0, |coat| part(coat.roughness * coat_mean)),
+            coat_normals: coat.map_or(CoatNormals::Smooth, |coat| coat.normals),
+            coated,
+            sheen: sheen.map_or(Vec3::ZERO, |sheen| {
+                Vec3::from(sheen.colour).clamp(Vec3::ZERO, Vec3::ONE)
+            }),
+            sheen_roughness: sheen.map_or(0.0, |sheen| part(sheen.roughness * sheen_mean)),
+            of_sheen,
+        })
+    }
+}
+
+/// The picture of a coat: its amount is red, its roughness green.
+pub(crate) fn coat(scene: &Scene, physical: &Physical) -> Option<LayerPicture> {
+    let coat = physical.coat?;
+    let join = |amount: Option<TextureUse>, roughness: Option<TextureUse>| match (amount, roughness)
+    {
+        (Some(amount), Some(roughness)) if amount != roughness => {
+            let picture = amount.texture;
+            Some((roughness, TexelUse::WithOcclusion { picture }))
+        }
+        _ => Some((amount.or(roughness)?, TexelUse::Numbers)),
+    };
+    joined(
+        scene,
+        [coat.amount_texture, coat.roughness_texture],
+        1,
+        join,
+    )
+}
+
+/// The picture of sheen: a colour, and its roughness in alpha.
+pub(crate) fn sheen(scene: &Scene, physical: &Physical) -> Option<LayerPicture> {
+    let sheen = physical.sheen?;
+    let pictures = [sheen.colour_texture, sheen.roughness_texture];
+    joined(scene, pictures, 3, colour_with)
+}
+
+/// The picture of a dielectric's reflection: a colour, and how much counts in alpha.
+pub(crate) fn reflection(scene: &Scene, physical: &Physical) -> Option<LayerPicture> {
+    let dielectric = physical.dielectric;
+    let pictures = [dielectric.colour_texture, dielectric.specular_texture];
+    joined(scene, pictures, 3, colour_with)
+}
+
+fn colour_with(colour: Option<TextureUse>, alpha: Option<TextureUse>) -> Option<Used> {
+    let used = colour.or(alpha)?;
+    let picture = alpha.map_or(used.texture, |alpha| alpha.texture);
+    Some((used, TexelUse::ColourWith { picture }))
+}
+
+/// Two pictures as one by `join`, if they lie alike; else the first, and the mean of a channel of the second.
+fn joined(
+    scene: &Scene,
+    [first, second]: [Option<TextureUse>; 2],
+    channel: usize,
+    join: impl Fn(Option<TextureUse>, Option<TextureUse>) -> Option<Used>,
+) -> Option<LayerPicture> {
+    let apart = first.zip(second).filter(|&(first, second)| {
+        let moved = TextureUse {
+            texture: first.texture,
+            ..second
+        };
+        let size = |used: TextureUse| {
+            let picture = &scene.textures[used.texture];
+            [picture.width, picture.height]
+        };
+        moved != first || size(first) != size(second)
+    });
+    let with_second = second.filter(|_| apart.is_none());
+    Some(LayerPicture {
+        used: join(first, with_second)?,
+        shares: Shares {
+            has_first: first.is_some(),
+            has_second: with_second.is_some(),
+        },
+        second_mean: apart.map_or(1.0, |(_, second)| mean(scene, second, channel)),
+    })
+}
+
+/// The mean of a channel of a picture.
+fn mean(scene: &Scene, used: TextureUse, channel: usize) -> f32 {
+    let sum: f64 = match &scene.textures[used.texture].texels {
+        Texels::Srgb8(texels) => texels
+            .iter()
+            .map(|texel| f64::from(texel[channel]) / 255.0)
+            .sum(),
+        // Pictures of 16 bits were taken for sRGB when they were read; alpha never is.
+        Texels::LinearF32(texels) => texels
+            .iter()
+            .map(|texel| match channel {
+                3 => f64::from(texel[3]),
+                _ => f64::from(srgb_from_linear(texel[channel])),
+            })
+            .sum(),
+    };
+    let picture = &scene.textures[used.texture];
+    narrow::single(sum / (picture.width * picture.height) as f64)
+}
