@@ -54,6 +54,14 @@ impl Background {
         })))
     }
 
+    /// The colour that tinted glass is seen before: white where no colour is given.
+    pub fn colour(&self) -> [f32; 3] {
+        match self {
+            Self::Colour(colour) => *colour,
+            Self::Transparent | Self::Picture(_) => [1.0; 3],
+        }
+    }
+
     /// The picture with this behind it.
     pub fn behind(&self, image: Image) -> Image {
         let whole = [image.width, image.height];

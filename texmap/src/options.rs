@@ -66,6 +66,10 @@ pub struct RenderOptions {
         )
     )]
     pub planes: Vec<PlaneKind>,
+    /// Linear colour of what the picture is laid over: alpha alone does not say in which colour tinted glass shows it
+    #[cfg_attr(feature = "serde", serde(skip))]
+    #[cfg_attr(feature = "clap", arg(skip = [1.0; 3]))]
+    pub background: [f32; 3],
     /// SIMD level. Levels differ by rounding only; one level gives the same bytes on every machine
     #[cfg_attr(
         feature = "clap",
@@ -197,6 +201,7 @@ impl Default for RenderOptions {
             shadows: Shadows::None,
             subpixels: 4,
             planes: Vec::new(),
+            background: [1.0; 3],
             simd: SimdLevel::Auto,
         }
     }

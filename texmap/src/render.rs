@@ -108,6 +108,7 @@ impl Renderer {
             method: own.method,
             subpixels: own.subpixels,
             planes: own.planes.clone(),
+            background: own.background,
             ..options.clone()
         };
         if alike != own {

@@ -117,6 +117,9 @@ impl Material {
             if let Some(coat) = &mut physical.coat {
                 all.extend([&mut coat.amount_texture, &mut coat.roughness_texture]);
             }
+            if let Some(glass) = &mut physical.glass {
+                all.extend([&mut glass.amount_texture, &mut glass.thickness_texture]);
+            }
             if let Some(sheen) = &mut physical.sheen {
                 all.extend([&mut sheen.colour_texture, &mut sheen.roughness_texture]);
             }
@@ -161,6 +164,8 @@ pub struct Physical {
     pub coat: Option<Coat>,
     /// Fibres on the surface.
     pub sheen: Option<Sheen>,
+    /// Light that passes through it; its material is [`AlphaMode::Blend`].
+    pub glass: Option<Glass>,
 }
 
 impl Default for Physical {
@@ -177,6 +182,7 @@ impl Default for Physical {
             dielectric: Dielectric::default(),
             coat: None,
             sheen: None,
+            glass: None,
         }
     }
 }
@@ -237,6 +243,25 @@ pub struct Coat {
     pub roughness_texture: Option<TextureUse>,
     /// The normals of its surface.
     pub normals: CoatNormals,
+}
+
+/// Light that passes through a surface: `KHR_materials_transmission` and `KHR_materials_volume`.
+///
+/// It takes the base colour of the surface, and fades on its way through the body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glass {
+    /// How much of the light that is not reflected passes, 0 to 1; a factor of the picture's red.
+    pub amount: f32,
+    /// Picture of the amount (red).
+    pub amount_texture: Option<TextureUse>,
+    /// Thickness of the body, world units; 0 for a thin sheet; a factor of the picture's green.
+    pub thickness: f32,
+    /// Picture of the thickness (green).
+    pub thickness_texture: Option<TextureUse>,
+    /// Linear colour of white light after [`Glass::attenuation_distance`].
+    pub attenuation_colour: [f32; 3],
+    /// World units; infinite where the body is clear.
+    pub attenuation_distance: f32,
 }
 
 /// The normals of a coat.

@@ -1,4 +1,4 @@
-//! Layers above metal and paint: a clear coat, and fibres.
+//! Layers above metal and paint, a clear coat and fibres; and the light that passes through paint instead of scattering.
 //!
 //! A coat is a smooth or rough dielectric with an index of refraction of 1.5; light below it is dimmed by what it reflects (glTF,
 //! `KHR_materials_clearcoat`). Fibres reflect by Charlie's distribution with the shadowing of Estevez and Kulla (2017), and dim what lies below by
@@ -15,7 +15,7 @@ use fearless_simd::prelude::*;
 use glam::Vec3;
 
 use crate::light::environment::Environment;
-use crate::light::physical::{
+use crate::light::lobe::{
     DIELECTRIC, EvenResponse, LEAST_COSINE, Shaded, add_suns, load_3, mirrored_at, seen_in_lobe,
 };
 use crate::light::suns::LitSurface;
@@ -38,6 +38,12 @@ pub(crate) struct LayerInputs {
     pub(crate) sheen: [Lanes; 3],
     /// Perceptual roughness.
     pub(crate) sheen_roughness: Lanes,
+    /// How much of the light that is not reflected passes through.
+    pub(crate) glass: Lanes,
+    /// The share of it that is left after the body: red, green, blue.
+    pub(crate) left: [Lanes; 3],
+    /// Given back: the share of the light behind that is seen through a place.
+    pub(crate) through: [Lanes; 3],
 }
 
 impl Default for LayerInputs {
@@ -51,6 +57,9 @@ impl Default for LayerInputs {
             coat_variance: none,
             sheen: [none; 3],
             sheen_roughness: none,
+            glass: none,
+            left: [[1.0; LANES]; 3],
+            through: [none; 3],
         }
     }
 }
@@ -69,24 +78,29 @@ pub(super) struct SeenByLayers<'a, S: Simd> {
 }
 
 impl<S: Simd> SeenByLayers<'_, S> {
-    /// Dims what is reflected below and adds what the layers reflect.
+    /// Dims what is reflected below and what passes through, and adds what the layers reflect.
     #[inline(always)]
     pub(super) fn add(
         &self,
         simd: S,
         light: (&Environment, &Shaded<S>),
         count: usize,
-        mirror: &mut [f32x16<S>; 3],
+        (mirror, through): (&mut [f32x16<S>; 3], &mut [f32x16<S>; 3]),
     ) {
         let any = |lanes: &Lanes| lanes[..count].iter().any(|&part| part > 0.0);
         if self.layers.sheen.iter().any(any) {
-            self.add_sheen(simd, light, count, mirror);
+            let below = self.add_sheen(simd, light, count, mirror);
+            (0..3).for_each(|k| through[k] *= below);
         }
         if any(&self.layers.coat) {
-            self.add_coat(simd, light, count, mirror);
+            let below = self.add_coat(simd, light, count, mirror);
+            (0..3).for_each(|k| through[k] *= below);
         }
+        let left = load_3(simd, &self.layers.left);
+        (0..3).for_each(|k| through[k] *= left[k]);
     }
 
+    /// Gives how much of the light below is left.
     #[inline(always)]
     fn add_coat(
         &self,
@@ -94,7 +108,7 @@ impl<S: Simd> SeenByLayers<'_, S> {
         (environment, shaded): (&Environment, &Shaded<S>),
         count: usize,
         mirror: &mut [f32x16<S>; 3],
-    ) {
+    ) -> f32x16<S> {
         let splat = |x: f32| f32x16::splat(simd, x);
         let (zero, one) = (splat(0.0), splat(1.0));
         let load = |lanes: &Lanes| f32x16::from_slice(simd, lanes);
@@ -138,8 +152,10 @@ impl<S: Simd> SeenByLayers<'_, S> {
             let of_coat = of_even * seen[k] + of_suns[k];
             mirror[k] = mirror[k] * below + of_coat * amount * self.open;
         }
+        below
     }
 
+    /// Gives how much of the light below is left.
     #[inline(always)]
     fn add_sheen(
         &self,
@@ -147,7 +163,7 @@ impl<S: Simd> SeenByLayers<'_, S> {
         (environment, shaded): (&Environment, &Shaded<S>),
         count: usize,
         mirror: &mut [f32x16<S>; 3],
-    ) {
+    ) -> f32x16<S> {
         let splat = |x: f32| f32x16::splat(simd, x);
         let one = splat(1.0);
         let colour = load_3(simd, &self.layers.sheen);
@@ -170,6 +186,7 @@ impl<S: Simd> SeenByLayers<'_, S> {
         for k in 0..3 {
             mirror[k] = mirror[k] * below + colour[k] * light[k] * self.open;
         }
+        below
     }
 
     /// The share of a sun's power that fibres send to the eye, beyond that which they send of it as of even light.
@@ -237,7 +254,7 @@ fn shadowing(cosine: f32, alpha: f32) -> f32 {
 /// Nodes along each side.
 const SIDE: usize = 32;
 
-/// What fibres of colour 1 reflect of even light: by roughness, then by the cosine with the eye.
+/// The share of even light that fibres of colour 1 reflect: by roughness, then by the cosine with the eye.
 static ALBEDO: LazyLock<Vec<f32>> = LazyLock::new(|| {
     let share = |k: usize| k as f32 / (SIDE - 1) as f32;
     (0..SIDE * SIDE)

@@ -4,6 +4,7 @@ pub(crate) mod around;
 pub(crate) mod blocked;
 pub(crate) mod environment;
 pub(crate) mod layers;
+pub(crate) mod lobe;
 pub(crate) mod physical;
 mod reflectance;
 pub(crate) mod suns;

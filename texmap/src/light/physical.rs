@@ -8,31 +8,22 @@
 //! Takes [`Inputs`]; gives reflected light, linear. Metal and paint in one footprint each have their own mean colour and, as [`Lobe`] says, their own
 //! roughness. Limits: within each, colour and roughness are taken to be independent.
 
-use std::f32::consts::PI;
-
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 use glam::Vec4;
 
-use crate::light::around::{LEVELS, LookUps, four, look_around};
-use crate::light::blocked::BlockedLight;
 use crate::light::blocked::look::PixelLights;
-use crate::light::blocked::place::PlaceLight;
-use crate::light::environment::{Environment, WITHOUT_SUNS};
 use crate::light::layers::{LayerInputs, SeenByLayers};
-use crate::light::reflectance;
-use crate::light::suns::{LitSurface, MOST};
+use crate::light::lobe::{
+    DIELECTRIC, EvenResponse, LEAST_COSINE, Shaded, Surrounding, add_suns, irradiance, load_3,
+    mirrored_at, seen_in_lobe,
+};
+use crate::light::suns::LitSurface;
 use crate::screen::{LANES, Lanes};
-
-/// The reflectance of a dielectric at normal incidence: an index of refraction of 1.5.
-pub(crate) const DIELECTRIC: f32 = 0.04;
 
 /// The least metal whose colour is known apart from that of paint.
 const LEAST_METAL: f32 = 1e-3;
-
-/// The smallest cosine between normal and eye: a normal map may turn a surface away.
-pub(super) const LEAST_COSINE: f32 = 1e-3;
 
 /// Surfaces as light meets them.
 pub(crate) struct Inputs {
@@ -82,13 +73,6 @@ impl Default for Inputs {
             pixels: PixelLights::default(),
         }
     }
-}
-
-/// The light around a scene, and how much of it arrives where the scene blocks it.
-#[derive(Clone, Copy)]
-pub(crate) struct Surrounding<'a> {
-    pub(crate) environment: &'a Environment,
-    pub(crate) blocked: Option<&'a BlockedLight>,
 }
 
 /// Reflects light at the first `count` places.
@@ -171,7 +155,8 @@ pub(crate) fn reflect<S: Simd>(
         base,
         with_metal,
     };
-    let further = footprint.multiple_scattering(simd, &once);
+    let glass = load(&inputs.layers.glass);
+    let (further, mut through) = footprint.multiple_scattering(simd, &once, glass);
     let open = shaded.open(simd, (environment, open), towards, &even);
     for k in 0..3 {
         mirror[k] = (mirror[k] + further[k] * even[k]) * open;
@@ -185,7 +170,15 @@ pub(crate) fn reflect<S: Simd>(
             open,
             even,
         };
-        seen.add(simd, (environment, &shaded), count, &mut mirror);
+        seen.add(
+            simd,
+            (environment, &shaded),
+            count,
+            (&mut mirror, &mut through),
+        );
+        for (part, lanes) in through.iter().zip(&mut inputs.layers.through) {
+            part.store_slice(lanes);
+        }
     }
     store_colours(&mirror, &mut out[..count]);
 }
@@ -200,17 +193,6 @@ fn moments<S: Simd>(simd: S, inputs: &Inputs, metal: f32x16<S>) -> FootprintMome
         variance: load(&inputs.roughness_variance),
         with_metal: load(&inputs.roughness_with_metal),
     }
-}
-
-/// Direction to the eye, mirrored at the normal; `cosine` is that of the angle between them.
-#[inline(always)]
-pub(super) fn mirrored_at<S: Simd>(
-    [nx, ny, nz]: [f32x16<S>; 3],
-    [vx, vy, vz]: [f32x16<S>; 3],
-    cosine: f32x16<S>,
-) -> [f32x16<S>; 3] {
-    let twice = cosine + cosine;
-    [nx * twice - vx, ny * twice - vy, nz * twice - vz]
 }
 
 /// Stores the colours of as many places as `out` has, with an alpha of 0.
@@ -247,7 +229,7 @@ fn colours_of_metal<S: Simd>(
 
 /// The metal and the paint of footprints, for the light that leaves them late.
 struct Footprint<S: Simd> {
-    /// What paint reflects along its normal and at grazing angles.
+    /// The reflectance of paint along its normal and at grazing angles.
     paint_f0: [f32x16<S>; 3],
     paint_f90: f32x16<S>,
     metal: f32x16<S>,
@@ -259,9 +241,15 @@ struct Footprint<S: Simd> {
 }
 
 impl<S: Simd> Footprint<S> {
-    /// The shares of even light that bounce between facets, or scatter below the surface, before they leave.
+    /// The shares of even light that bounce between facets, or scatter below the surface, before they leave; and those that pass
+    /// through the surface instead, as much as `glass` of them.
     #[inline(always)]
-    fn multiple_scattering(&self, simd: S, once: &SingleScattering<S>) -> [f32x16<S>; 3] {
+    fn multiple_scattering(
+        &self,
+        simd: S,
+        once: &SingleScattering<S>,
+        glass: f32x16<S>,
+    ) -> ([f32x16<S>; 3], [f32x16<S>; 3]) {
         let splat = |x: f32| f32x16::splat(simd, x);
         let (zero, one) = (splat(0.0), splat(1.0));
         // Each of the two is whole by itself; light that bounces is no line in f0, so that their mix is not that of a mixed f0.
@@ -269,7 +257,7 @@ impl<S: Simd> Footprint<S> {
         let per_paint = one / paint.max(splat(LEAST_METAL));
         let of_metal = once.of(self.per_metal);
         let of_paint = once.of(zero - per_paint);
-        let mut further = [zero; 3];
+        let (mut further, mut through) = ([zero; 3], [zero; 3]);
         for (k, further) in further.iter_mut().enumerate() {
             let (first, often_of_paint) =
                 of_paint.scattered(simd, (self.paint_f0[k], self.paint_f90));
@@ -277,9 +265,11 @@ impl<S: Simd> Footprint<S> {
             let (_, often_of_metal) = of_metal.scattered(simd, (self.metals[k], one));
             let often = often_of_paint * paint + often_of_metal * self.metal;
             let matt = self.base[k] * (below * paint) - self.with_metal[k] * below;
-            *further = often + matt.max(zero);
+            let matt = matt.max(zero);
+            through[k] = matt * glass;
+            *further = often + matt - through[k];
         }
-        further
+        (further, through)
     }
 }
 
@@ -342,270 +332,6 @@ impl<S: Simd> EvenReflection<S> {
         let once = f0 * self.scale + f90 * self.offset;
         let average = f0 + (f90 - f0) * f32x16::splat(simd, 1.0 / 21.0);
         (once, once * average * bounced / (one - average * bounced))
-    }
-}
-
-/// Adds the light of the suns, as far as the looks around of this lobe lack them.
-#[inline(always)]
-pub(super) fn add_suns<S: Simd>(
-    simd: S,
-    (environment, shaded): (&Environment, &Shaded<S>),
-    (met, lacking): (&LitSurface<S>, f32x16<S>),
-    (f0, f90): (&[f32x16<S>; 3], f32x16<S>),
-    mirror: &mut [f32x16<S>; 3],
-) {
-    let splat = |x: f32| f32x16::splat(simd, x);
-    for (sun, visible) in environment.suns.iter().zip(&shaded.suns) {
-        let [plain, fresnel] = met.lit_by(simd, sun);
-        for k in 0..3 {
-            let light = splat(sun.power[k]) * lacking * *visible;
-            mirror[k] += (f0[k] * (plain - fresnel) + f90 * fresnel) * light;
-        }
-    }
-}
-
-/// The normal and the mirrored eye.
-pub(super) type Directions<S> = ([f32x16<S>; 3], [f32x16<S>; 3]);
-
-/// The radiance that a lobe sees in two looks around, and how much of the suns these lack.
-#[inline(always)]
-pub(super) fn seen_in_lobe<S: Simd>(
-    simd: S,
-    (environment, shaded): (&Environment, &Shaded<S>),
-    ((normal, mirrored), even): (&Directions<S>, &EvenResponse),
-    count: usize,
-) -> ([f32x16<S>; 3], f32x16<S>) {
-    let zero = f32x16::splat(simd, 0.0);
-    let mut seen = [[[0.0; LANES]; 3]; 2];
-    let mut lacking = [zero; 2];
-    // No closure around what is called here: it would lose the vectors' instructions.
-    for look in 0..2 {
-        let turn = f32x16::from_slice(simd, &even.turn[look]);
-        let towards = [
-            normal[0] + (mirrored[0] - normal[0]) * turn,
-            normal[1] + (mirrored[1] - normal[1]) * turn,
-            normal[2] + (mirrored[2] - normal[2]) * turn,
-        ];
-        let level = f32x16::from_slice(simd, &even.lobe[look]);
-        let at = LookUps::new(simd, &towards, level);
-        look_around(simd, &environment.blurred, &at, count, &mut seen[look]);
-        lacking[look] = lacks_suns(simd, level);
-    }
-    let second = f32x16::from_slice(simd, &even.part_of_second);
-    let mut radiance = [zero; 3];
-    for (k, sum) in radiance.iter_mut().enumerate() {
-        let one = f32x16::from_slice(simd, &seen[0][k]);
-        let other = f32x16::from_slice(simd, &seen[1][k]);
-        *sum = ((other - one) * second + one) * shaded.lobe;
-    }
-    (radiance, (lacking[1] - lacking[0]) * second + lacking[0])
-}
-
-/// How much of the suns a look around at a roughness lacks.
-#[inline(always)]
-fn lacks_suns<S: Simd>(simd: S, roughness: f32x16<S>) -> f32x16<S> {
-    let splat = |x: f32| f32x16::splat(simd, x);
-    let lacking = roughness * splat((LEVELS - 1) as f32) - splat((WITHOUT_SUNS - 1) as f32);
-    lacking.max(splat(0.0)).min(splat(1.0))
-}
-
-/// Three numbers of each place.
-#[inline(always)]
-pub(super) fn load_3<S: Simd>(simd: S, lanes: &[Lanes; 3]) -> [f32x16<S>; 3] {
-    [
-        f32x16::from_slice(simd, &lanes[0]),
-        f32x16::from_slice(simd, &lanes[1]),
-        f32x16::from_slice(simd, &lanes[2]),
-    ]
-}
-
-/// The light that the scene lets through to sixteen pixels.
-pub(super) struct Shaded<'a, S: Simd> {
-    /// Lights of places, where the scene blocks them, and those of the pixels.
-    pixels: Option<(&'a [PlaceLight], &'a mut PixelLights)>,
-    /// The share of each sun that arrives.
-    pub(super) suns: [f32x16<S>; MOST],
-    /// The share of the light in a lobe that arrives.
-    lobe: f32x16<S>,
-}
-
-impl<'a, S: Simd> Shaded<'a, S> {
-    #[inline(always)]
-    fn new(simd: S, around: Surrounding<'a>, pixels: &'a mut PixelLights, count: usize) -> Self {
-        let one = f32x16::splat(simd, 1.0);
-        let mut new = Self {
-            pixels: None,
-            suns: [one; MOST],
-            lobe: one,
-        };
-        let Some(blocked) = around.blocked.filter(|blocked| !blocked.lights.is_empty()) else {
-            return new;
-        };
-        let suns = &around.environment.suns;
-        pixels.find(simd, blocked, suns, count);
-        for k in 0..suns.len().min(MOST) {
-            new.suns[k] = pixels.sun(simd, k, count);
-        }
-        new.pixels = Some((&blocked.lights, pixels));
-        new
-    }
-
-    /// Looks into a lobe, between both of its looks around.
-    #[inline(always)]
-    fn look_into_lobe(
-        &mut self,
-        simd: S,
-        (normal, mirrored): &Directions<S>,
-        even: &EvenResponse,
-        count: usize,
-    ) {
-        let Some((lights, pixels)) = &mut self.pixels else {
-            return;
-        };
-        let second = f32x16::from_slice(simd, &even.part_of_second);
-        let first_turn = f32x16::from_slice(simd, &even.turn[0]);
-        let first_level = f32x16::from_slice(simd, &even.lobe[0]);
-        let turn = (f32x16::from_slice(simd, &even.turn[1]) - first_turn) * second + first_turn;
-        let level = (f32x16::from_slice(simd, &even.lobe[1]) - first_level) * second + first_level;
-        let towards = [
-            normal[0] + (mirrored[0] - normal[0]) * turn,
-            normal[1] + (mirrored[1] - normal[1]) * turn,
-            normal[2] + (mirrored[2] - normal[2]) * turn,
-        ];
-        let at = LookUps::new(simd, &towards, level);
-        self.lobe = pixels.visible(simd, lights, &at, count);
-    }
-
-    /// The share of light that maps of occlusion let through, beside what the scene blocks already: they hold that, too.
-    #[inline(always)]
-    fn open(
-        &self,
-        simd: S,
-        (environment, open): (&Environment, f32x16<S>),
-        (normal, variance): ([f32x16<S>; 3], f32x16<S>),
-        even: &[f32x16<S>; 3],
-    ) -> f32x16<S> {
-        let one = f32x16::splat(simd, 1.0);
-        if self.pixels.is_none() || !open.simd_lt(one).any_true() {
-            return open;
-        }
-        let mut all = [f32x16::splat(simd, 0.0); 3];
-        let basis = softened_basis(simd, normal, variance);
-        for (part, light) in basis.iter().zip(&environment.irradiance) {
-            for (sum, light) in all.iter_mut().zip(light.to_array()) {
-                *sum += *part * f32x16::splat(simd, light);
-            }
-        }
-        let least = f32x16::splat(simd, 1e-6);
-        let arriving = (even[0] + even[1] + even[2]).max(least);
-        let unblocked = (all[0] + all[1] + all[2]).max(least);
-        (open * unblocked / arriving).min(one)
-    }
-}
-
-/// The functions that irradiance is a sum of; normals that vary see less of its change.
-#[inline(always)]
-fn softened_basis<S: Simd>(
-    simd: S,
-    [x, y, z]: [f32x16<S>; 3],
-    variance: f32x16<S>,
-) -> [f32x16<S>; 9] {
-    let splat = |v: f32| f32x16::splat(simd, v);
-    let (zero, one) = (splat(0.0), splat(1.0));
-    let first = (one - splat(0.5) * variance).max(zero);
-    let second = (one - splat(1.5) * variance).max(zero);
-    [
-        one,
-        x * first,
-        y * first,
-        z * first,
-        x * y * second,
-        y * z * second,
-        z * x * second,
-        (splat(3.0) * y * y - one) * second,
-        (z * z - x * x) * second,
-    ]
-}
-
-/// Irradiance over pi.
-#[inline(always)]
-fn irradiance<S: Simd>(
-    simd: S,
-    (environment, shaded): (&Environment, &Shaded<S>),
-    (normal, variance): ([f32x16<S>; 3], f32x16<S>),
-    count: usize,
-    out: &mut [f32x16<S>; 3],
-) {
-    let splat = |v: f32| f32x16::splat(simd, v);
-    let zero = splat(0.0);
-    let basis = softened_basis(simd, normal, variance);
-    if let Some((_, pixels)) = &shaded.pixels {
-        let mut by_lane = [[0.0; LANES]; 9];
-        for (function, lanes) in basis.iter().zip(&mut by_lane) {
-            function.store_slice(lanes);
-        }
-        pixels.irradiance(simd, &by_lane, count, out);
-        for (sun, visible) in environment.suns.iter().zip(&shaded.suns) {
-            let [x, y, z] = sun.direction.to_array();
-            let cosine = normal[0] * splat(x) + normal[1] * splat(y) + normal[2] * splat(z);
-            let part = cosine.max(zero) * *visible * splat(1.0 / PI);
-            for (sum, power) in out.iter_mut().zip(sun.power.to_array()) {
-                *sum += part * splat(power);
-            }
-        }
-        return;
-    }
-    for (part, light) in basis.iter().zip(&environment.irradiance) {
-        let [r, g, b] = light.to_array();
-        out[0] = part.mul_add(splat(r), out[0]);
-        out[1] = part.mul_add(splat(g), out[1]);
-        out[2] = part.mul_add(splat(b), out[2]);
-    }
-    for sum in out {
-        *sum = sum.max(zero);
-    }
-}
-
-/// The response of a surface to even light; see [`reflectance::Reflectance`].
-#[derive(Default)]
-pub(super) struct EvenResponse {
-    pub(super) scale: Lanes,
-    pub(super) offset: Lanes,
-    part_of_second: Lanes,
-    /// Of both looks.
-    turn: [Lanes; 2],
-    lobe: [Lanes; 2],
-}
-
-impl EvenResponse {
-    #[inline(always)]
-    pub(super) fn look<S: Simd>(
-        &mut self,
-        simd: S,
-        environment: &Environment,
-        (roughness, cosine): (f32x16<S>, f32x16<S>),
-        count: usize,
-    ) {
-        let last = f32x16::splat(simd, (reflectance::SIDE - 1) as f32);
-        let (mut columns, mut rows) = ([0.0; LANES], [0.0; LANES]);
-        (cosine * last).store_slice(&mut columns);
-        (roughness * last).store_slice(&mut rows);
-        for lane in 0..count {
-            let last = reflectance::SIDE - 2;
-            let column = (columns[lane] as usize).min(last);
-            let row = (rows[lane] as usize).min(last);
-            let share = [columns[lane] - column as f32, rows[lane] - row as f32];
-            let place = row * reflectance::SIDE + column;
-            let at = (place, reflectance::SIDE);
-            let even = four(simd, &environment.reflectance.table, at, share);
-            self.scale[lane] = even[0];
-            self.offset[lane] = even[1];
-            self.part_of_second[lane] = even[2];
-            for look in 0..2 {
-                self.turn[look][lane] = even[3 + 2 * look];
-                self.lobe[look][lane] = even[4 + 2 * look];
-            }
-        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! The layers of a material above and below its metal and paint: a clear coat, sheen, and the reflection of its dielectric.
+//! The layers of a material above and below its metal and paint: a clear coat, sheen, glass, and the reflection of its dielectric.
 //!
 //! Takes a material; gives the numbers of each layer and the picture of it. A layer has two pictures in glTF; where both lie alike and are as
 //! large, they become one with the numbers of both. Limits: where they do not, the second counts by its mean.
@@ -6,11 +6,11 @@
 use glam::Vec3;
 use resample_core::image::srgb_from_linear;
 use resample_core::narrow;
-use resample_mesh::scene::{CoatNormals, Physical, Scene, Texels, TextureUse};
+use resample_mesh::scene::{CoatNormals, Glass, Physical, Scene, Texels, TextureUse};
 
-use crate::prepare::maps::{TexelUse, Used};
+use crate::prepare::texel_use::{TexelUse, Used};
 
-/// The reflection of a dielectric, a coat and sheen.
+/// The reflection of a dielectric, a coat, sheen, and what passes through.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Layers {
     /// Reflectance along the normal: red, green, blue.
@@ -25,6 +25,11 @@ pub(crate) struct Layers {
     pub(crate) sheen: Vec3,
     pub(crate) sheen_roughness: f32,
     pub(crate) of_sheen: Shares,
+    /// How much of the light that is not reflected passes.
+    pub(crate) glass: f32,
+    /// The logarithm of one over the light that is left after the body: red, green, blue.
+    pub(crate) absorbed: Vec3,
+    pub(crate) of_glass: Shares,
 }
 
 /// The numbers that the picture of a layer has; the others are 1.
@@ -50,7 +55,8 @@ impl Layers {
         let plain = Physical::default();
         let is_plain = physical.dielectric == plain.dielectric
             && physical.coat.is_none()
-            && physical.sheen.is_none();
+            && physical.sheen.is_none()
+            && physical.glass.is_none();
         if is_plain {
             return None;
         }
@@ -62,6 +68,7 @@ impl Layers {
         let (reflection, specular_mean) = finished(reflection(scene, physical));
         let (coated, coat_mean) = finished(coat(scene, physical));
         let (of_sheen, sheen_mean) = finished(sheen(scene, physical));
+        let (of_glass, thickness_mean) = finished(glass(scene, physical));
         let dielectric = &physical.dielectric;
         let part = |number: f32| number.clamp(0.0, 1.0);
         let (coat, sheen) = (physical.coat, physical.sheen);
@@ -78,27 +85,47 @@ impl Layers {
             }),
             sheen_roughness: sheen.map_or(0.0, |sheen| part(sheen.roughness * sheen_mean)),
             of_sheen,
+            glass: physical.glass.map_or(0.0, |glass| part(glass.amount)),
+            absorbed: physical
+                .glass
+                .map_or(Vec3::ZERO, |glass| absorbed(&glass, thickness_mean)),
+            of_glass,
         })
     }
+}
+
+/// The logarithm of one over the light that is left after a body.
+fn absorbed(glass: &Glass, thickness_mean: f32) -> Vec3 {
+    // Black would be no number.
+    let colour = Vec3::from(glass.attenuation_colour).clamp(Vec3::splat(1e-6), Vec3::ONE);
+    let thickness = (glass.thickness * thickness_mean).max(0.0);
+    let part = thickness / glass.attenuation_distance.max(f32::MIN_POSITIVE);
+    // As much as leaves nothing.
+    -colour.map(f32::ln) * part.min(100.0)
+}
+
+/// The picture of glass: how much passes is red, thickness green.
+pub(crate) fn glass(scene: &Scene, physical: &Physical) -> Option<LayerPicture> {
+    let glass = physical.glass?;
+    let pictures = [glass.amount_texture, glass.thickness_texture];
+    joined(scene, pictures, 1, red_and_green)
 }
 
 /// The picture of a coat: its amount is red, its roughness green.
 pub(crate) fn coat(scene: &Scene, physical: &Physical) -> Option<LayerPicture> {
     let coat = physical.coat?;
-    let join = |amount: Option<TextureUse>, roughness: Option<TextureUse>| match (amount, roughness)
-    {
-        (Some(amount), Some(roughness)) if amount != roughness => {
-            let picture = amount.texture;
-            Some((roughness, TexelUse::WithOcclusion { picture }))
+    let pictures = [coat.amount_texture, coat.roughness_texture];
+    joined(scene, pictures, 1, red_and_green)
+}
+
+fn red_and_green(red: Option<TextureUse>, green: Option<TextureUse>) -> Option<Used> {
+    match (red, green) {
+        (Some(red), Some(green)) if red != green => {
+            let picture = red.texture;
+            Some((green, TexelUse::WithOcclusion { picture }))
         }
-        _ => Some((amount.or(roughness)?, TexelUse::Numbers)),
-    };
-    joined(
-        scene,
-        [coat.amount_texture, coat.roughness_texture],
-        1,
-        join,
-    )
+        _ => Some((red.or(green)?, TexelUse::Numbers)),
+    }
 }
 
 /// The picture of sheen: a colour, and its roughness in alpha.

@@ -14,54 +14,12 @@ use resample_mesh::scene::{AlphaMode, Material, Scene, Texels, Texture, TextureU
 
 use crate::prepare::layers;
 use crate::prepare::level::{LINEAR, wrapped};
-
-/// The use of a picture in a material.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum TexelUse {
-    /// Colour; alpha counts as 1.
-    Opaque,
-    /// Colour that is weighted by alpha: it is premultiplied before it is filtered.
-    Weighted,
-    /// Numbers as they are in the file; alpha is the square of green.
-    Numbers,
-    /// As [`TexelUse::Numbers`], with the red of another picture of the same size.
-    WithOcclusion {
-        /// Its place in the scene.
-        picture: usize,
-    },
-    /// Base colour times metal, and in alpha roughness times metal: see [`crate::prepare::maps`].
-    Metals {
-        /// The place of the picture of roughness and metal in the scene.
-        picture: usize,
-        /// Wrapping beyond that picture's borders.
-        wrap: [Wrap; 2],
-        /// True if the colour is weighted by alpha.
-        alpha: Weighting,
-    },
-    /// Linear colour, and the alpha of a picture of the same size, which may be its own.
-    ColourWith {
-        /// The place of the picture of the alpha in the scene.
-        picture: usize,
-    },
-    /// Normals in tangent space, whose x and y are scaled: see [`crate::prepare::maps`].
-    Normals {
-        /// Factor of x and y.
-        scale: f32,
-    },
-}
-
-/// Returns true if a colour is weighted by its alpha.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Weighting {
-    /// Alpha counts as 1.
-    Even,
-    /// Premultiplied.
-    ByAlpha,
-}
+use crate::prepare::texel_use::{TexelUse, Used, Weighting};
 
 /// The maps of light: roughness with metal, normals, occlusion where it has a picture of its own, what is metal of the base colour, and
-/// those of layers: a coat's amount and roughness, the colour and the roughness of sheen, and those of a dielectric's reflection.
-pub(crate) const MAPS: usize = 7;
+/// those of layers: a coat's amount and roughness, the colour and the roughness of sheen, those of a dielectric's reflection, and
+/// how much light passes through how thick a body.
+pub(crate) const MAPS: usize = 8;
 
 /// The maps' places.
 pub(crate) const ROUGHNESS: usize = 0;
@@ -71,13 +29,11 @@ pub(crate) const METALS: usize = 3;
 pub(crate) const COAT: usize = 4;
 pub(crate) const SHEEN: usize = 5;
 pub(crate) const REFLECTION: usize = 6;
+pub(crate) const GLASS: usize = 7;
 
 /// Metal that varies by no more codes than this is the same all over: what is lost is at most a quarter of it, 0.3 % of the light, and
 /// compressed pictures of one number vary by as much.
 const LEAST_CODES: u8 = 3;
-
-/// A picture as a material uses it, and what becomes of its texels.
-pub(crate) type Used = (TextureUse, TexelUse);
 
 /// The pictures of a material.
 pub(crate) struct Pictures {
@@ -114,6 +70,7 @@ impl Pictures {
             layers::coat(scene, &physical).map(|layer| layer.used),
             layers::sheen(scene, &physical).map(|layer| layer.used),
             layers::reflection(scene, &physical).map(|layer| layer.used),
+            layers::glass(scene, &physical).map(|layer| layer.used),
         ];
         let mut place = occlusion.map(|_| OCCLUSION);
         if let (Some(occlusion), Some(roughness)) = (occlusion, roughness)

@@ -15,7 +15,7 @@ use glam::Vec4;
 use crate::prepare::level::{LINEAR, halved, narrowed, padded, stride};
 pub(crate) use crate::prepare::level::{Level, LevelTexels, UNIT, linear};
 use crate::prepare::maps;
-pub(crate) use crate::prepare::maps::TexelUse;
+use crate::prepare::texel_use::TexelUse;
 use resample_mesh::scene::{Magnify, Texels, Texture, Wrap};
 
 /// A texture as one or more materials use it, with all its levels.

@@ -6,6 +6,7 @@
 //! black (`no_emission`).
 
 pub(crate) mod textures;
+pub(crate) mod texel_use;
 pub(crate) mod maps;
 pub(crate) mod layers;
 pub(crate) mod level;
@@ -23,12 +24,15 @@ use crate::light::tangents::{self, Tangents};
 use crate::options::{RenderOptions, Shade, Shadows};
 use crate::prepare::charts::{Charts, Neighbour, neighbours};
 use crate::prepare::layers::{LayerPicture, Layers};
-pub(crate) use crate::prepare::maps::{COAT, MAPS, METALS, NORMALS, REFLECTION, ROUGHNESS, SHEEN};
-use crate::prepare::maps::{Pictures, TexelUse, Used, VaryingMetals, per_base};
+pub(crate) use crate::prepare::maps::{
+    COAT, GLASS, MAPS, METALS, NORMALS, REFLECTION, ROUGHNESS, SHEEN,
+};
+use crate::prepare::maps::{Pictures, VaryingMetals, per_base};
 use crate::prepare::mip::Pyramid;
 use crate::prepare::no_emission::black_around;
+use crate::prepare::texel_use::{TexelUse, Used};
 use resample_mesh::scene::{
-    AlphaMode, Lighting, Magnify, Material, Mesh, Scene, Sides, TextureUse, Wrap,
+    AlphaMode, Glass, Lighting, Magnify, Material, Mesh, Scene, Sides, TextureUse, Wrap,
 };
 
 /// A scene, ready to be drawn.
@@ -37,6 +41,8 @@ pub(crate) struct Prepared {
     pub(crate) meshes: Vec<PreparedMesh>,
     pub(crate) materials: Vec<PreparedMaterial>,
     pub(crate) pyramids: Vec<Pyramid>,
+    /// True if light passes through a material in its colour.
+    pub(crate) has_glass: bool,
     /// Light from all around, where a material reflects it.
     pub(crate) environment: Option<Arc<Environment>>,
 }
@@ -89,6 +95,12 @@ pub(crate) struct PreparedMaterial {
 }
 
 impl PreparedMaterial {
+    /// Returns true if light passes through in its colour.
+    pub(crate) fn is_glass(&self) -> bool {
+        let layers = self.physical.and_then(|physical| physical.layers);
+        layers.is_some_and(|layers| layers.glass > 0.0)
+    }
+
     /// Returns true if every map of light is laid as the base texture is.
     pub(crate) fn maps_lie_as_base(&self) -> bool {
         let mut maps = self
@@ -147,6 +159,7 @@ impl Prepared {
         let mut keys = Keys::default();
         for material in &scene.materials {
             let material = prepared.material(scene, material, options, &mut keys);
+            prepared.has_glass |= material.is_glass();
             prepared.materials.push(material);
         }
         prepared.meshes = scene
@@ -223,8 +236,12 @@ impl Prepared {
                 })
             })
         };
+        let mut base_colour = Vec4::from(material.base_colour);
+        if let (Some(glass), true) = (glass_of(material), light != LightKind::Physical) {
+            base_colour.w *= 1.0 - MOST_TRANSMITTED * glass.amount.clamp(0.0, 1.0);
+        }
         PreparedMaterial {
-            base_colour: Vec4::from(material.base_colour),
+            base_colour,
             base: pyramid(pictures.base),
             emissive_colour: Vec3::from(material.emissive).extend(0.0),
             emissive: pyramid(pictures.emissive).filter(|_| material.emissive != [0.0; 3]),
@@ -238,6 +255,13 @@ impl Prepared {
                 .then(|| prepared_physical(scene, material, (&pictures, &mut pyramid))),
         }
     }
+}
+
+/// The part of the light that glass lets through where no surroundings are reflected in it, or nobody would see it. A guess.
+pub(crate) const MOST_TRANSMITTED: f32 = 0.9;
+
+fn glass_of(material: &Material) -> Option<Glass> {
+    material.physical.and_then(|physical| physical.glass)
 }
 
 fn light_kind(options: &RenderOptions, material: &Material) -> LightKind {
@@ -309,6 +333,7 @@ fn prepared_mesh(scene: &Scene, mesh: &Mesh, prepared: &PreparedMaterial) -> Pre
         layer(layers::coat(scene, &physical)),
         layer(layers::sheen(scene, &physical)),
         layer(layers::reflection(scene, &physical)),
+        layer(layers::glass(scene, &physical)),
     ];
     let map = |k: usize| prepared.physical.and_then(|physical| physical.maps[k]);
     let map_uv: [Vec<DVec2>; MAPS] = std::array::from_fn(|k| {

@@ -113,7 +113,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::prepare::mip::TexelUse;
+    use crate::prepare::texel_use::TexelUse;
     use resample_mesh::scene::{Magnify, Texels, Texture};
 
     /// Black, with one bright texel.

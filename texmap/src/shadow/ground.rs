@@ -53,6 +53,7 @@ pub(super) const UNLIT: RenderOptions = RenderOptions {
     shadows: Shadows::None,
     subpixels: 4,
     planes: Vec::new(),
+    background: [1.0; 3],
     simd: SimdLevel::Auto,
 };
 

@@ -14,7 +14,7 @@ use crate::light::blocked::bvh::{Blocker, Tree};
 use crate::light::blocked::sky::{Sky, directions};
 use crate::options::{RenderOptions, Shadows};
 use crate::prepare::mip::Pyramid;
-use crate::prepare::{Prepared, PreparedMaterial, PreparedMesh};
+use crate::prepare::{MOST_TRANSMITTED, Prepared, PreparedMaterial, PreparedMesh};
 use crate::shadow::bake::{bake, mix};
 use crate::shadow::ground::{UNLIT, ground};
 use crate::shadow::places::{Builder, ROUNDS};
@@ -86,7 +86,9 @@ fn blockers(
             AlphaMode::Opaque => 1.0,
             AlphaMode::Mask { .. } | AlphaMode::Blend => {
                 let texture = material.base.map_or(1.0, |base| pyramids[base].mean().w);
-                (material.base_colour.w * texture).clamp(0.0, 1.0)
+                let glass = material.physical.and_then(|physical| physical.layers);
+                let passed = glass.map_or(0.0, |layers| MOST_TRANSMITTED * layers.glass);
+                (material.base_colour.w * texture * (1.0 - passed)).clamp(0.0, 1.0)
             }
         };
         if opacity > 0.0 {

@@ -148,7 +148,7 @@ fn coarsest(pixel: &PixelOnTexture) -> Option<(usize, Covariance)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prepare::mip::TexelUse;
+    use crate::prepare::texel_use::TexelUse;
     use crate::project::surface::UvAt;
     use resample_core::simd::SimdLevel;
     use resample_mesh::scene::{Texels, Texture, Wrap};

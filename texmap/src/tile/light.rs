@@ -11,10 +11,13 @@ use resample_mesh::scene::{AlphaMode, CoatNormals};
 
 use crate::light::blocked::look::OnTriangle;
 use crate::light::layers::LayerInputs;
-use crate::light::physical::{DIELECTRIC, Inputs, Surrounding, reflect};
+use crate::light::lobe::{DIELECTRIC, Surrounding};
+use crate::light::physical::{Inputs, reflect};
 use crate::prepare::layers::{Layers, Shares};
 use crate::prepare::maps::{mean_normal, variance_within};
-use crate::prepare::{COAT, MAPS, METALS, NORMALS, PreparedPhysical, REFLECTION, ROUGHNESS, SHEEN};
+use crate::prepare::{
+    COAT, GLASS, MAPS, METALS, NORMALS, PreparedPhysical, REFLECTION, ROUGHNESS, SHEEN,
+};
 use crate::project::surface::{Batch, MapPlanes, Surface, SurfaceMaps};
 use crate::screen::{LANES, Lanes, value};
 use crate::texture::ellipse::PIXEL_VARIANCE;
@@ -346,6 +349,14 @@ fn put_layers(
         above.sheen[k][at] = sheen[k];
     }
     above.sheen_roughness[at] = layers.sheen_roughness * number(of.has_second, texels[SHEEN].w);
+    let of = shares(GLASS, layers.of_glass);
+    above.glass[at] = layers.glass * number(of.has_first, texels[GLASS].x);
+    if layers.absorbed != Vec3::ZERO {
+        let left = (-layers.absorbed * number(of.has_second, texels[GLASS].y)).exp();
+        for k in 0..3 {
+            above.left[k][at] = left[k];
+        }
+    }
 }
 
 // The colours of a batch of sub-pixels: textures looked up, lit.
@@ -357,6 +368,8 @@ fn put_layers(
 pub(crate) struct BatchBuffers {
     texels: Texels,
     inputs: Inputs,
+    /// The shares of red, green and blue that are seen through each place of a glass batch; for others alpha says it.
+    pub(crate) through: Option<[[f32; 3]; LANES]>,
 }
 
 impl BatchBuffers {
@@ -364,6 +377,10 @@ impl BatchBuffers {
     #[inline(always)]
     pub(crate) fn begin_surface(&mut self) {
         self.inputs.pixels.forget();
+        if self.inputs.layers.used {
+            self.inputs.layers = LayerInputs::default();
+        }
+        self.through = None;
     }
 }
 
@@ -409,7 +426,11 @@ fn reflect_batch<S: Simd>(
     buffers: &mut BatchBuffers,
     out: &mut [Vec4; LANES],
 ) {
-    let BatchBuffers { texels, inputs } = buffers;
+    let BatchBuffers {
+        texels,
+        inputs,
+        through,
+    } = buffers;
     let (Some(around), Some(physical)) = (
         surrounding(tile),
         &surface.material(tile.frame.scene).physical,
@@ -441,6 +462,19 @@ fn reflect_batch<S: Simd>(
     for k in 0..batch.count {
         out[k] = out[k] * scales[k] + added[k];
     }
+    let is_glass = physical.layers.is_some_and(|layers| layers.glass > 0.0);
+    *through = is_glass.then(|| seen_through(&inputs.layers.through, &mut out[..batch.count]));
+}
+
+/// The shares of light behind that are seen through places of glass; their alpha becomes what no colour is seen through.
+fn seen_through(through: &[Lanes; 3], colours: &mut [Vec4]) -> [[f32; 3]; LANES] {
+    let mut seen = [[0.0; 3]; LANES];
+    for (k, (colour, seen)) in colours.iter_mut().zip(&mut seen).enumerate() {
+        let cover = colour.w;
+        *seen = [0, 1, 2].map(|part: usize| 1.0 - cover + cover * through[part][k]);
+        colour.w = 1.0 - seen[0].min(seen[1]).min(seen[2]);
+    }
+    seen
 }
 
 /// Turns normals from tangent space into the world, and adds the variance of the surface's own.

@@ -6,7 +6,7 @@
 use fearless_simd::prelude::*;
 use fearless_simd::u32x16;
 use fearless_simd_macros::simd;
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use resample_core::dispatch;
 
 use crate::project::surface::Surface;
@@ -116,7 +116,7 @@ fn lay_opaque<S: Simd>(
         }
     }
     let runs = by_triangle.sort(visible.surfaces.len());
-    lay_runs(simd, tile, (&visible.surfaces, runs), rgba)
+    lay_runs(simd, tile, (&visible.surfaces, runs), (rgba, &mut []))
 }
 
 /// Lays the translucent layers of every wanted sub-pixel over what lies behind, the farthest first; how many there were.
@@ -155,20 +155,28 @@ fn lay_layers<S: Simd>(
         layers
             .colours
             .resize(layers.rows.len() * SPAN_WIDTH, [0.0; 4]);
+        if tile.frame.scene.has_glass {
+            layers.through.resize(layers.colours.len(), [1.0; 3]);
+        }
         let runs = by_triangle.sort(visible.surfaces.len());
-        count += lay_runs(simd, tile, (&visible.surfaces, runs), &mut layers.colours);
-        layers.blend(rgba);
+        let out = (&mut layers.colours[..], &mut layers.through[..]);
+        count += lay_runs(simd, tile, (&visible.surfaces, runs), out);
+        match layers.through.is_empty() {
+            true => layers.blend(rgba),
+            false => layers.blend_through(tile.frame.options.background, rgba),
+        }
     }
     count
 }
 
-/// Computes the colours of runs, sixteen sub-pixels of a triangle at a time; how many there were.
+/// Computes the colours of runs, sixteen sub-pixels of a triangle at a time, and the shares of light that are seen through them unless that
+/// list is empty; how many there were.
 #[inline(always)]
 fn lay_runs<S: Simd>(
     simd: S,
     tile: &Tile,
     (surfaces, runs): (&[Option<Box<Surface>>], &[Run]),
-    colours: &mut [[f32; 4]],
+    (colours, through): (&mut [[f32; 4]], &mut [[f32; 3]]),
 ) -> u64 {
     let iota = u32x16::from_slice(
         simd,
@@ -202,6 +210,14 @@ fn lay_runs<S: Simd>(
                 shade_batch(tile, simd, (surface, &batch), &mut buffers, &mut out);
                 for (&place, colour) in places[..count].iter().zip(out) {
                     colours[place as usize] = colour.to_array();
+                }
+                if !through.is_empty() {
+                    for (k, &place) in places[..count].iter().enumerate() {
+                        through[place as usize] = match &buffers.through {
+                            Some(through) => through[k],
+                            None => [1.0 - out[k].w; 3],
+                        };
+                    }
                 }
                 all += count as u64;
                 count = 0;
@@ -283,6 +299,8 @@ struct Layers {
     rows: Vec<LayerRow>,
     /// Premultiplied, a span for each of the rows.
     colours: Vec<[f32; 4]>,
+    /// The shares of light behind that are seen through them, if there is glass; else alpha says it.
+    through: Vec<[f32; 3]>,
 }
 
 /// Layers of one rank.
@@ -299,6 +317,7 @@ impl Layers {
     fn clear(&mut self) {
         self.rows.clear();
         self.colours.clear();
+        self.through.clear();
     }
 
     /// Adds the layers of the row whose first sub-pixel is `first`, sorted by sub-pixel, the farthest first.
@@ -324,6 +343,25 @@ impl Layers {
             for (behind, front) in behind.iter_mut().zip(fronts) {
                 let front = Vec4::from(*front);
                 *behind = (front + (1.0 - front.w) * Vec4::from(*behind)).to_array();
+            }
+        }
+    }
+
+    /// As [`Layers::blend`], through glass of any colour.
+    ///
+    /// Alpha is one number: where nothing lies behind, it is what no colour is seen through, and what is seen of the background beyond that is added.
+    fn blend_through(&self, background: [f32; 3], behind: &mut [[f32; 4]]) {
+        let background = Vec3::from(background);
+        let colours = self.colours.chunks_exact(SPAN_WIDTH);
+        let fronts = colours.zip(self.through.chunks_exact(SPAN_WIDTH));
+        for (row, (fronts, through)) in self.rows.iter().zip(fronts) {
+            let behind = &mut behind[row.first..row.first + SPAN_WIDTH];
+            for (behind, (front, through)) in behind.iter_mut().zip(fronts.iter().zip(through)) {
+                let (front, back) = (Vec4::from(*front), Vec4::from(*behind));
+                let (through, all) = (Vec3::from(*through), 1.0 - front.w);
+                let tint = (through - Vec3::splat(all)) * background * (1.0 - back.w);
+                let seen = front.truncate() + through * back.truncate() + tint;
+                *behind = seen.extend(front.w + all * back.w).to_array();
             }
         }
     }

@@ -27,8 +27,8 @@ use crate::open::figure::FigureFacts;
 use crate::open::open_scene::{OpenScene, Parts, Probed};
 use crate::open::setting::Setting;
 use crate::output::Format;
-use crate::picture::Drawn;
 use crate::picture::bands::Window;
+use crate::picture::{Drawn, Finish};
 use crate::plan::{Change, Plan, Request, Run, RunLog};
 use crate::process::report;
 use crate::process::report::{Account, Cost, RunStats, Verbosity};
@@ -54,7 +54,7 @@ impl OpenMesh {
     pub(crate) fn read(args: TexmapArgs, verbosity: Verbosity) -> Result<Self> {
         let start = Instant::now();
         let plan = Plan::new(&request(&args))?;
-        let options = render_options(&args.render.options, plan.finish.format)?;
+        let options = render_options(&args.render.options, &plan.finish)?;
         let Loaded { scene, notes } = loaded(&args, 0, plan.gate())?;
         let load_ms = report::ms_since(start);
         if verbosity != Verbosity::Quiet {
@@ -80,7 +80,7 @@ impl OpenMesh {
 
     /// Draws with these options from now on.
     fn draw_with(&mut self, render: &Given<RenderOptions>) -> Result<()> {
-        let options = render_options(&render.options, self.plan.finish.format)?;
+        let options = render_options(&render.options, &self.plan.finish)?;
         self.args.render = render.clone();
         if self.renderer.update(&options)? == Reuse::NeedsRenderer {
             self.renderer = prepared(&self.scene, &self.args, &options)?;
@@ -100,7 +100,7 @@ impl OpenMesh {
             // What could not be read was left out with the rest; now it is missed.
             self.scene = loaded(&self.args, 0, self.plan.gate())?.scene;
         }
-        let options = render_options(&render.options, self.plan.finish.format)?;
+        let options = render_options(&render.options, &self.plan.finish)?;
         self.renderer = prepared(&self.scene, &self.args, &options)?;
         Ok(())
     }
@@ -173,7 +173,7 @@ impl OpenScene for OpenMesh {
 
     fn turn_to(&mut self, number: usize) -> Result<()> {
         if self.args.model.play && self.posed != Some(number) {
-            let options = render_options(&self.args.render.options, self.plan.finish.format)?;
+            let options = render_options(&self.args.render.options, &self.plan.finish)?;
             self.renderer = posed(&self.args, &options, number, self.plan.gate())?;
             self.posed = Some(number);
         }
@@ -185,7 +185,7 @@ impl OpenScene for OpenMesh {
     }
 
     fn probe(&mut self, pixel: &Camera) -> Result<Option<Probed>> {
-        let options = render_options(&self.args.render.options, self.plan.finish.format)?;
+        let options = render_options(&self.args.render.options, &self.plan.finish)?;
         let _kept = self.renderer.update(&RenderOptions {
             planes: vec![PlaneKind::Depth],
             ..options.clone()
@@ -211,7 +211,7 @@ impl OpenScene for OpenMesh {
         } = *self;
         plan.finish.figure = figure;
         let request = request(&args);
-        let options = render_options(&args.render.options, plan.finish.format)?;
+        let options = render_options(&args.render.options, &plan.finish)?;
         let stats = RunStats {
             planned,
             ..RunStats::new(
@@ -443,8 +443,8 @@ fn pose(model: &ModelArgs, sequence: &SequenceArgs, number: usize) -> Option<Pos
 }
 
 /// How the mesh is drawn. Only an EXR file has a place for further planes.
-pub(crate) fn render_options(args: &RenderOptions, format: Format) -> Result<RenderOptions> {
-    let planes = match format {
+pub(crate) fn render_options(args: &RenderOptions, finish: &Finish) -> Result<RenderOptions> {
+    let planes = match finish.format {
         Format::Exr if args.planes.is_empty() => PlaneKind::ALL.to_vec(),
         Format::Png(_) | Format::Jpeg if !args.planes.is_empty() => {
             bail!("--layers: only a name that ends in .exr has a place for them")
@@ -453,6 +453,7 @@ pub(crate) fn render_options(args: &RenderOptions, format: Format) -> Result<Ren
     };
     let options = RenderOptions {
         planes,
+        background: finish.background.colour(),
         ..args.clone()
     };
     options.validate()?;

@@ -279,7 +279,7 @@ fn numbers<const N: usize>(node: &Value, key: &str) -> Option<[f64; N]> {
 pub(super) const INSTANCES: &str = "EXT_mesh_gpu_instancing";
 
 /// Extensions that change what is seen and are understood here.
-const DECODED: [&str; 14] = [
+const DECODED: [&str; 15] = [
     INSTANCES,
     compressed::MESHOPT[0],
     compressed::MESHOPT[1],
@@ -290,7 +290,8 @@ const DECODED: [&str; 14] = [
     "EXT_texture_webp",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
-    "KHR_materials_transmission",
+    layers::TRANSMISSION,
+    layers::VOLUME,
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_texture_transform",

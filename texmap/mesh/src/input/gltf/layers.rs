@@ -1,19 +1,26 @@
-//! The layers of a material beside metal and paint: how its dielectric reflects, a clear coat, and sheen.
+//! The layers of a material beside metal and paint: how its dielectric reflects, a clear coat, sheen, and glass.
 //!
 //! Takes the extensions of a material; gives their numbers, and their pictures by a function that finds a use of a picture.
-//! Source: `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_clearcoat` and `KHR_materials_sheen`, Khronos Group.
-//! Limits: of a coat's own map of normals only the one that the surface has, too.
+//! Source: `KHR_materials_ior`, `KHR_materials_specular`, `KHR_materials_clearcoat`, `KHR_materials_sheen`, `KHR_materials_transmission` and
+//! `KHR_materials_volume`, Khronos Group. Limits: of a coat's own map of normals only the one that the surface has, too; glass bends
+//! and blurs nothing.
 
 use gltf::json::texture::Info;
 use serde_json::{Map, Value};
 
-use crate::scene::{Coat, CoatNormals, Dielectric, Sheen, TextureUse};
+use crate::scene::{Coat, CoatNormals, Dielectric, Glass, Sheen, TextureUse};
 
 /// The names of the extensions.
 pub(super) const IOR: &str = "KHR_materials_ior";
 pub(super) const SPECULAR: &str = "KHR_materials_specular";
 pub(super) const CLEARCOAT: &str = "KHR_materials_clearcoat";
 pub(super) const SHEEN: &str = "KHR_materials_sheen";
+
+pub(super) const TRANSMISSION: &str = "KHR_materials_transmission";
+pub(super) const VOLUME: &str = "KHR_materials_volume";
+
+/// The note on glass.
+pub(super) const STRAIGHT: &str = "KHR_materials_transmission: glass tints and dims what lies behind, but neither bends nor blurs it";
 
 /// The note on a map of normals of a coat.
 pub(super) const OTHER_NORMALS: &str = "KHR_materials_clearcoat: a coat's own map of normals is left out: reflections of it are smoother";
@@ -114,4 +121,34 @@ pub(super) fn sheen(all: &Map<String, Value>, find: &mut Find) -> Result<Option<
         colour_texture: sheen.picture("sheenColorTexture", find)?,
         roughness_texture: sheen.picture("sheenRoughnessTexture", find)?,
     }))
+}
+
+/// The glass of a material; `scale` is that of its mesh in the world.
+pub(super) fn glass(
+    all: &Map<String, Value>,
+    scale: f32,
+    find: &mut Find,
+) -> Result<Option<Glass>, String> {
+    let Some(transmission) = extension(all, TRANSMISSION) else {
+        return Ok(None);
+    };
+    let amount = transmission.number("transmissionFactor", 0.0)?;
+    if amount == 0.0 {
+        return Ok(None);
+    }
+    let mut glass = Glass {
+        amount,
+        amount_texture: transmission.picture("transmissionTexture", find)?,
+        thickness: 0.0,
+        thickness_texture: None,
+        attenuation_colour: [1.0; 3],
+        attenuation_distance: f32::INFINITY,
+    };
+    if let Some(volume) = extension(all, VOLUME) {
+        glass.thickness = scale * volume.number("thicknessFactor", 0.0)?;
+        glass.thickness_texture = volume.picture("thicknessTexture", find)?;
+        glass.attenuation_colour = volume.colour("attenuationColor", 1.0)?;
+        glass.attenuation_distance = volume.number("attenuationDistance", f32::INFINITY)?;
+    }
+    Ok(Some(glass))
 }

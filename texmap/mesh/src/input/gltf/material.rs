@@ -3,14 +3,13 @@
 //! Takes the document and its buffers, gives materials and textures in the order in which meshes ask for them: what
 //! nobody uses is not decoded. A picture that cannot be read is an error, or leaves its factor and a note, as is asked for.
 //! Source: glTF 2.0, 3.8 and 3.9, with KHR_texture_transform, KHR_materials_unlit, KHR_materials_emissive_strength,
-//! KHR_materials_pbrSpecularGlossiness (its diffuse part), KHR_materials_transmission (its factor), EXT_texture_webp and KHR_texture_basisu; other layers in
+//! KHR_materials_pbrSpecularGlossiness (its gloss by the mean of a picture), EXT_texture_webp and KHR_texture_basisu; other layers in
 //! `layers`. Limits: refraction, iridescence and anisotropy are left out.
 
 use std::collections::HashMap;
 
 use glam::{DMat2, DVec2};
 use gltf::json::Root;
-use gltf::json::extensions::material::Material as MaterialExtensions;
 use gltf::json::material::AlphaMode as JsonAlpha;
 use gltf::json::texture::{Info, MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
@@ -22,14 +21,11 @@ use crate::input::gltf::accessor::Numbers;
 use crate::input::gltf::{document, layers};
 use crate::input::options::{LightMaps, Notes};
 use crate::scene::{
-    AlphaMode, Lighting, Magnify, Material, Physical, Sides, Texture, TextureUse, Wrap,
+    AlphaMode, Dielectric, Lighting, Magnify, Material, Physical, Sides, Texture, TextureUse, Wrap,
 };
 
 /// Cutoff of masked materials that give none: glTF 2.0, 5.19.
 const DEFAULT_CUTOFF: f32 = 0.5;
-
-/// The part of the light that a wholly transmitting surface lets through: it reflects some, or nobody would see it. A guess.
-const MOST_TRANSMITTED: f32 = 0.9;
 
 /// Extensions that name a picture of another format, in the order in which they are taken.
 const PICTURE_EXTENSIONS: &[&str] = if cfg!(feature = "compressed") {
@@ -40,11 +36,8 @@ const PICTURE_EXTENSIONS: &[&str] = if cfg!(feature = "compressed") {
 
 const FACTOR_ALONE: &str = "its factor stands alone";
 
-const TRANSMISSION: &str = "KHR_materials_transmission is drawn as thin transparency by its factor: refraction, its texture and the tint of what \
-     is seen through it are left out: colours differ";
-
-const GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness is drawn as a metal or a dielectric: specular colours, and pictures of them and of \
-     gloss, are left out: colours of reflections differ";
+const GLOSSINESS: &str =
+    "KHR_materials_pbrSpecularGlossiness: gloss that a picture varies counts by its mean";
 
 /// The materials of a file, read when they are asked for.
 pub(super) struct Materials<'a> {
@@ -56,7 +49,7 @@ pub(super) struct Materials<'a> {
     pub materials: Vec<Material>,
     /// Textures read so far.
     pub textures: files::Pictures,
-    by_index: HashMap<Option<usize>, usize>,
+    by_index: HashMap<(Option<usize>, u32), usize>,
     by_image: HashMap<usize, Option<usize>>,
 }
 
@@ -81,25 +74,40 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// The place of a material of the file, or of the default one, in `materials`.
+    /// The place of a material of the file, or of the default one, in `materials`; `scale` is that of the mesh in the world.
     pub(super) fn place(
         &mut self,
         index: Option<usize>,
+        scale: f32,
         notes: &mut Notes,
     ) -> Result<usize, String> {
-        if let Some(&place) = self.by_index.get(&index) {
+        // Only the thickness of a body depends on the scale of its mesh.
+        let scale = if self.has_volume(index) { scale } else { 1.0 };
+        let key = (index, scale.to_bits());
+        if let Some(&place) = self.by_index.get(&key) {
             return Ok(place);
         }
         let material = match index {
             None => Material::default(),
-            Some(index) => self.material(index, notes)?,
+            Some(index) => self.material(index, scale, notes)?,
         };
         self.materials.push(material);
-        self.by_index.insert(index, self.materials.len() - 1);
+        self.by_index.insert(key, self.materials.len() - 1);
         Ok(self.materials.len() - 1)
     }
 
-    fn material(&mut self, index: usize, notes: &mut Notes) -> Result<Material, String> {
+    fn has_volume(&self, index: Option<usize>) -> bool {
+        let material = index.and_then(|index| self.root.materials.get(index));
+        let extensions = material.and_then(|material| material.extensions.as_ref());
+        extensions.is_some_and(|all| all.others.contains_key(layers::VOLUME))
+    }
+
+    fn material(
+        &mut self,
+        index: usize,
+        scale: f32,
+        notes: &mut Notes,
+    ) -> Result<Material, String> {
         let json = self
             .root
             .materials
@@ -115,9 +123,6 @@ impl<'a> Materials<'a> {
                 (pbr.base_color_factor.0, pbr.base_color_texture.clone())
             }
         };
-        if glossiness.is_some_and(is_simplified) {
-            notes.say(GLOSSINESS.to_owned());
-        }
         let strength = extensions
             .and_then(|e| e.emissive_strength.as_ref())
             .map_or(1.0, |e| e.emissive_strength.0);
@@ -127,14 +132,9 @@ impl<'a> Materials<'a> {
             ));
         };
         let cutoff = json.alpha_cutoff.map_or(DEFAULT_CUTOFF, |cutoff| cutoff.0);
-        let base_colour = match transmission(extensions) {
-            Some(factor) => {
-                notes.say(TRANSMISSION.to_owned());
-                let [r, g, b, a] = base_colour;
-                let a = if alpha == JsonAlpha::Opaque { 1.0 } else { a };
-                [r, g, b, a * (1.0 - MOST_TRANSMITTED * factor)]
-            }
-            None => base_colour,
+        let physical = match glossiness {
+            Some(value) => self.glossy(value, index, notes)?,
+            None => self.physical(json, scale, notes)?,
         };
         let material = Material {
             name: json
@@ -146,7 +146,7 @@ impl<'a> Materials<'a> {
             emissive: json.emissive_factor.0.map(|factor| factor * strength),
             emissive_texture: self.texture_use(json.emissive_texture.as_ref(), notes)?,
             alpha: match alpha {
-                _ if transmission(extensions).is_some() => AlphaMode::Blend,
+                _ if physical.glass.is_some() => AlphaMode::Blend,
                 JsonAlpha::Opaque => AlphaMode::Opaque,
                 JsonAlpha::Mask => AlphaMode::Mask { cutoff },
                 JsonAlpha::Blend => AlphaMode::Blend,
@@ -160,10 +160,7 @@ impl<'a> Materials<'a> {
                 Some(_) => Lighting::Unlit,
                 None => Lighting::Lit,
             },
-            physical: Some(match glossiness {
-                Some(value) => light(value),
-                None => self.physical(json, notes)?,
-            }),
+            physical: Some(physical),
         };
         let numbers = material.base_colour.iter().chain(&material.emissive);
         let of_light = material.physical.iter().flat_map(factors_of);
@@ -178,13 +175,17 @@ impl<'a> Materials<'a> {
     fn physical(
         &mut self,
         json: &gltf::json::Material,
+        scale: f32,
         notes: &mut Notes,
     ) -> Result<Physical, String> {
         let pbr = &json.pbr_metallic_roughness;
+        let none = serde_json::Map::new();
+        let others = json.extensions.as_ref().map_or(&none, |all| &all.others);
         if self.light_maps == LightMaps::LeftOut {
             return Ok(Physical {
                 metal: pbr.metallic_factor.0,
                 roughness: pbr.roughness_factor.0,
+                glass: layers::glass(others, scale, &mut |_| Ok(None))?,
                 ..Physical::default()
             });
         }
@@ -211,12 +212,14 @@ impl<'a> Materials<'a> {
         let metal_roughness = pbr.metallic_roughness_texture.as_ref();
         let metal_roughness_texture = self.texture_use(metal_roughness, notes)?;
         let normal_texture = self.texture_use(normal_info.as_ref(), notes)?;
-        let none = serde_json::Map::new();
-        let others = json.extensions.as_ref().map_or(&none, |all| &all.others);
         let mut find = |info: &Info| self.texture_use(Some(info), notes);
         let dielectric = layers::dielectric(others, &mut find)?;
         let (coat, lacks_normals) = layers::coat(others, normal_texture, &mut find)?;
         let sheen = layers::sheen(others, &mut find)?;
+        let glass = layers::glass(others, scale, &mut find)?;
+        if glass.is_some() {
+            notes.say(layers::STRAIGHT.to_owned());
+        }
         if lacks_normals {
             notes.say(layers::OTHER_NORMALS.to_owned());
         }
@@ -228,9 +231,45 @@ impl<'a> Materials<'a> {
             dielectric,
             coat,
             sheen,
+            glass,
             normal_scale: normal.map_or(1.0, |normal| normal.scale),
             occlusion_texture: self.texture_use(occlusion_info.as_ref(), notes)?,
             occlusion_strength: occlusion.map_or(1.0, |occlusion| occlusion.strength.0),
+        })
+    }
+
+    /// The light of KHR_materials_pbrSpecularGlossiness: a dielectric that reflects in any colour.
+    fn glossy(
+        &mut self,
+        value: &serde_json::Value,
+        index: usize,
+        notes: &mut Notes,
+    ) -> Result<Physical, String> {
+        let broken =
+            |error| format!("material {index}: KHR_materials_pbrSpecularGlossiness: {error}");
+        let read = |key: &str| value.get(key).cloned();
+        let colour = read("specularFactor").map(serde_json::from_value);
+        let colour: Option<[f32; 3]> = colour.transpose().map_err(broken)?;
+        let gloss = read("glossinessFactor").map(serde_json::from_value);
+        let gloss: Option<f32> = gloss.transpose().map_err(broken)?;
+        let info = read("specularGlossinessTexture").map(serde_json::from_value);
+        let info: Option<Info> = info.transpose().map_err(broken)?;
+        let wanted = info.filter(|_| self.light_maps != LightMaps::LeftOut);
+        let colour_texture = self.texture_use(wanted.as_ref(), notes)?;
+        let mean = colour_texture.map(|used| self.textures.mean_alpha(used.texture));
+        if mean.is_some() {
+            notes.say(GLOSSINESS.to_owned());
+        }
+        Ok(Physical {
+            roughness: 1.0 - gloss.unwrap_or(1.0) * mean.unwrap_or(1.0),
+            dielectric: Dielectric {
+                // Reflects all light, in the colour that is given.
+                ior: 0.0,
+                colour: colour.unwrap_or([1.0; 3]),
+                colour_texture,
+                ..Dielectric::default()
+            },
+            ..Physical::default()
         })
     }
 
@@ -361,6 +400,10 @@ fn factors_of(physical: &Physical) -> Vec<f32> {
             .iter()
             .flat_map(|coat| [coat.amount, coat.roughness]),
     );
+    if let Some(glass) = &physical.glass {
+        factors.extend([glass.amount, glass.thickness]);
+        factors.extend(glass.attenuation_colour);
+    }
     if let Some(sheen) = &physical.sheen {
         factors.extend(sheen.colour);
         factors.push(sheen.roughness);
@@ -373,13 +416,6 @@ fn transformed(
     others: &serde_json::Map<String, serde_json::Value>,
 ) -> Option<gltf::json::extensions::texture::Info> {
     serde_json::from_value(others.clone().into()).ok()
-}
-
-/// The factor of KHR_materials_transmission, where it lets anything through.
-fn transmission(extensions: Option<&MaterialExtensions>) -> Option<f32> {
-    let value = extensions?.others.get("KHR_materials_transmission")?;
-    let factor = value.get("transmissionFactor")?.as_f64()? as f32;
-    (factor > 0.0).then(|| factor.min(1.0))
 }
 
 fn wrap(mode: Checked<WrappingMode>, index: usize) -> Result<Wrap, String> {
@@ -405,11 +441,7 @@ fn uv_transform(transform: &gltf::json::extensions::texture::TextureTransform) -
 
 // KHR_materials_pbrSpecularGlossiness: its substitute for the base colour, and its light.
 
-/// The reflectance of a dielectric along its normal, used in place of the specular colour.
-const DIELECTRIC: f64 = 0.04;
-
-/// The diffuse colour and picture of KHR_materials_pbrSpecularGlossiness, which stand for the base colour's; of a metal its
-/// specular colour.
+/// The diffuse colour and picture of KHR_materials_pbrSpecularGlossiness, which stand for the base colour's.
 fn diffuse_of(value: &serde_json::Value, index: usize) -> Result<([f32; 4], Option<Info>), String> {
     let broken = |error| format!("material {index}: KHR_materials_pbrSpecularGlossiness: {error}");
     let factor = value
@@ -424,48 +456,5 @@ fn diffuse_of(value: &serde_json::Value, index: usize) -> Result<([f32; 4], Opti
         .map(serde_json::from_value)
         .transpose()
         .map_err(broken)?;
-    let [r, g, b, a] = factor.unwrap_or([1.0; 4]);
-    if [r, g, b] != [0.0; 3] || info.is_some() {
-        return Ok(([r, g, b, a], info));
-    }
-    // A metal scatters nothing: its colour is that of its reflection.
-    let specular = value.get("specularFactor").cloned();
-    let specular = specular.map(serde_json::from_value).transpose();
-    let [r, g, b] = specular.map_err(broken)?.unwrap_or([1.0; 3]);
-    Ok(([r, g, b, a], info))
-}
-
-/// Returns true if it says more than is drawn: a picture of specular colour and gloss, or a reflection that is neither a dielectric's nor that of a metal.
-fn is_simplified(value: &serde_json::Value) -> bool {
-    let is_metal = light(value).metal == 1.0;
-    // Without a factor it is white, which no dielectric has.
-    let specular = value.get("specularFactor").and_then(|v| v.as_array());
-    let near = |factor: &serde_json::Value| {
-        factor
-            .as_f64()
-            .is_some_and(|f| (f - DIELECTRIC).abs() < 0.02)
-    };
-    let is_dielectric = specular.is_some_and(|factors| factors.iter().all(near));
-    value.get("specularGlossinessTexture").is_some() || !is_metal && !is_dielectric
-}
-
-/// The light of KHR_materials_pbrSpecularGlossiness: a dielectric, or a metal where nothing scatters.
-pub(super) fn light(value: &serde_json::Value) -> Physical {
-    let number =
-        |name: &str, default: f64| value.get(name).and_then(|v| v.as_f64()).unwrap_or(default);
-    let is_metal = value.get("diffuseTexture").is_none()
-        && value
-            .get("diffuseFactor")
-            .and_then(|v| v.as_array())
-            .is_some_and(|factors| {
-                factors
-                    .iter()
-                    .take(3)
-                    .all(|factor| factor.as_f64() == Some(0.0))
-            });
-    Physical {
-        metal: f32::from(u8::from(is_metal)),
-        roughness: 1.0 - number("glossinessFactor", 1.0) as f32,
-        ..Physical::default()
-    }
+    Ok((factor.unwrap_or([1.0; 4]), info))
 }

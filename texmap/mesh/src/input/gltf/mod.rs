@@ -209,7 +209,9 @@ impl Reading<'_> {
                 continue;
             };
             let material = primitive.material.map(|material| material.value());
-            mesh.material = materials.place(material, notes).map_err(located)?;
+            mesh.material = materials
+                .place(material, place.scale(), notes)
+                .map_err(located)?;
             mesh.name.clone_from(&name);
             meshes.push(mesh, positions)?;
         }

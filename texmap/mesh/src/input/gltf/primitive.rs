@@ -8,6 +8,7 @@ use glam::{DMat3, DMat4, DVec3};
 use gltf::json::accessor::{ComponentType, Type};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
+use resample_core::narrow;
 
 use crate::input::gltf::accessor::{
     COLOUR, INDICES, Integers, NORMAL, Numbers, POSITION, TANGENT, TEXCOORD, Use, attribute,
@@ -165,6 +166,17 @@ pub(crate) enum MeshTransform {
     Node(DMat4),
     /// By joints: from the mesh's space to the world, one per joint of the skin.
     Skin(Vec<DMat4>),
+}
+
+impl MeshTransform {
+    /// The mean scale from the mesh to the world; of a skin, that of its first joint.
+    pub(super) fn scale(&self) -> f32 {
+        let matrix = match self {
+            Self::Node(matrix) => *matrix,
+            Self::Skin(joints) => joints.first().copied().unwrap_or(DMat4::IDENTITY),
+        };
+        narrow::single(DMat3::from_mat4(matrix).determinant().abs().cbrt())
+    }
 }
 
 /// Positions, normals and how their triangles wind, in the world.

@@ -15,10 +15,11 @@ use resample_core::narrow;
 use serde_json::Value;
 
 use crate::input::files::excerpt;
-use crate::input::gltf::compressed::{DRACO, Room, index_of, range};
+use crate::input::gltf::compressed::room::{Room, index_of, range};
 
-/// Unpacks the primitives of all meshes.
+/// Unpacks the primitives of all meshes that have the extension `name`.
 pub(super) fn unpack_primitives(
+    name: &str,
     root: &mut Root,
     buffers: &mut Vec<Vec<u8>>,
     room: &mut Room,
@@ -27,7 +28,7 @@ pub(super) fn unpack_primitives(
     for (mesh, json) in meshes.iter_mut().enumerate() {
         for (number, primitive) in json.primitives.iter_mut().enumerate() {
             let extensions = primitive.extensions.as_ref();
-            let Some(value) = extensions.and_then(|all| all.others.get(DRACO)).cloned() else {
+            let Some(value) = extensions.and_then(|all| all.others.get(name)).cloned() else {
                 continue;
             };
             unpack(primitive, &value, root, buffers, room).map_err(|what| {

@@ -8,10 +8,12 @@
 #[cfg(feature = "compressed")]
 mod draco;
 mod meshopt;
+mod room;
 
 use gltf::json::Root;
 use gltf::json::validation::USize64;
 use resample_io::Gate;
+use room::{Room, index_of, range};
 use serde_json::Value;
 
 /// The names of meshopt's extensions; the second has later versions of its streams too.
@@ -27,14 +29,10 @@ pub(super) fn unpack(
     file_bytes: u64,
     gate: &Gate,
 ) -> Result<(), String> {
-    let mut room = Room {
-        unpacked: 0,
-        file_bytes,
-        gate,
-    };
+    let mut room = Room::new(file_bytes, gate);
     unpack_views(root, buffers, &mut room)?;
     #[cfg(feature = "compressed")]
-    draco::unpack_primitives(root, buffers, &mut room)?;
+    draco::unpack_primitives(DRACO, root, buffers, &mut room)?;
     Ok(())
 }
 
@@ -50,38 +48,6 @@ pub(super) fn is_fallback(buffer: &gltf::json::Buffer) -> bool {
         .into_iter()
         .filter_map(marks)
         .any(|mark| mark == &Value::Bool(true))
-}
-
-/// The memory that unpacked data may take.
-struct Room<'a> {
-    unpacked: u64,
-    file_bytes: u64,
-    gate: &'a Gate,
-}
-
-impl Room<'_> {
-    fn ask(&mut self, bytes: usize) -> Result<(), String> {
-        self.unpacked = self.unpacked.saturating_add(bytes as u64);
-        self.gate
-            .ask_unpacked(self.unpacked, self.file_bytes, "the unpacked meshes")
-    }
-}
-
-/// The part of a buffer that a view, or a compressed view, stands for.
-fn range(buffers: &[Vec<u8>], (buffer, start, length): (u64, u64, u64)) -> Result<&[u8], String> {
-    let bytes = usize::try_from(buffer)
-        .ok()
-        .and_then(|buffer| buffers.get(buffer))
-        .ok_or_else(|| format!("buffer {buffer} does not exist"))?;
-    let range = usize::try_from(start)
-        .ok()
-        .zip(usize::try_from(start.saturating_add(length)).ok());
-    range
-        .and_then(|(start, end)| bytes.get(start..end))
-        .ok_or_else(|| {
-            let size = bytes.len();
-            format!("takes {length} bytes from byte {start} of a buffer of {size} bytes")
-        })
 }
 
 /// Unpacks the views that meshopt compressed, each into a buffer of its own.
@@ -147,9 +113,4 @@ fn unpacked_view(
     let start = value.get("byteOffset").and_then(Value::as_u64).unwrap_or(0);
     let place = (number("buffer")?, start, number("byteLength")?);
     layout.decode(range(buffers, place)?)
-}
-
-/// The number of a thing in a list of a document.
-fn index_of(place: usize) -> Result<u32, String> {
-    u32::try_from(place).map_err(|_| "it has too many parts".to_owned())
 }

@@ -5,10 +5,10 @@ use std::io::Cursor;
 use glam::DVec2;
 use serde_json::{Value, json};
 
-use super::{Maker, SQUARE};
+use super::{Maker, SQUARE, square};
 use crate::input::{LoadOptions, Notes, Unreadable};
 use crate::scene::{
-    AlphaMode, Lighting, Magnify, Material, Scene, Sides, Texels, TextureUse, Wrap,
+    AlphaMode, CoatNormals, Lighting, Magnify, Material, Scene, Sides, Texels, TextureUse, Wrap,
 };
 
 /// A square with two sets of coordinates and one material; `rest` adds textures and the like.
@@ -274,7 +274,7 @@ fn webp_and_the_older_material_model_are_read() {
 }
 
 #[test]
-fn glass_is_thin_and_metal_of_the_older_model_has_a_colour() {
+fn glass_passes_light_and_the_older_model_reflects_in_its_colour() {
     let of = |name: &str, value: Value| {
         let extension = json!({ name: value });
         load(
@@ -288,12 +288,12 @@ fn glass_is_thin_and_metal_of_the_older_model_has_a_colour() {
         "KHR_materials_transmission",
         json!({ "transmissionFactor": 0.5 }),
     );
-    let glass = &scene.materials[0];
-    assert_eq!(glass.alpha, AlphaMode::Blend);
-    assert!(
-        (glass.base_colour[3] - 0.55).abs() < 1e-6,
-        "{:?}",
-        glass.base_colour
+    let material = &scene.materials[0];
+    assert_eq!(material.alpha, AlphaMode::Blend);
+    let glass = material.physical.and_then(|physical| physical.glass);
+    assert_eq!(
+        glass.map(|glass| (glass.amount, glass.thickness)),
+        Some((0.5, 0.0))
     );
     assert!(
         notes.said.iter().any(|note| note.contains("transmission")),
@@ -307,17 +307,106 @@ fn glass_is_thin_and_metal_of_the_older_model_has_a_colour() {
         "by default nothing goes through"
     );
     assert!(notes.said.is_empty(), "{:?}", notes.said);
-    let gold = json!({ "diffuseFactor": [0, 0, 0, 1], "specularFactor": [1.0, 0.7, 0.3] });
-    let (scene, _) = of("KHR_materials_pbrSpecularGlossiness", gold);
-    assert_eq!(scene.materials[0].base_colour, [1.0, 0.7, 0.3, 1.0]);
-    let paint = json!({ "diffuseFactor": [0.2, 0, 0, 1], "specularFactor": [0.3, 0.5, 0.1] });
-    let (_, notes) = of("KHR_materials_pbrSpecularGlossiness", paint);
-    assert!(
-        notes
-            .said
-            .iter()
-            .any(|note| note.contains("colours of reflections differ")),
-        "{:?}",
-        notes.said
+    let gold = json!({ "diffuseFactor": [0, 0, 0, 1], "specularFactor": [1.0, 0.7, 0.3], "glossinessFactor": 0.75 });
+    let (scene, notes) = of("KHR_materials_pbrSpecularGlossiness", gold);
+    let physical = scene.materials[0].physical.expect("it is lit");
+    assert_eq!(scene.materials[0].base_colour, [0.0, 0.0, 0.0, 1.0]);
+    assert_eq!(physical.dielectric.reflectance(), [1.0, 0.7, 0.3]);
+    assert_eq!((physical.metal, physical.roughness), (0.0, 0.25));
+    assert!(notes.said.is_empty(), "{:?}", notes.said);
+}
+
+#[test]
+fn layers_are_read_with_their_pictures() {
+    let with = |extensions: Value| {
+        let mut maker = Maker::default();
+        let material = json!({ "extensions": extensions });
+        load(&mut maker, material, json!({}))
+    };
+    let read = |extensions: Value| {
+        let (scene, notes) = with(extensions).expect("good");
+        (scene.materials[0].physical.expect("it is lit"), notes.said)
+    };
+    let (physical, notes) = read(json!({
+        "KHR_materials_ior": { "ior": 1.8 },
+        "KHR_materials_specular": { "specularFactor": 0.5, "specularColorFactor": [1, 0.5, 0.25] },
+        "KHR_materials_clearcoat": { "clearcoatFactor": 0.75, "clearcoatRoughnessFactor": 0.25 },
+        "KHR_materials_sheen": { "sheenColorFactor": [0.1, 0.2, 0.3], "sheenRoughnessFactor": 0.4 },
+        "KHR_materials_volume": { "thicknessFactor": 2 },
+    }));
+    let dielectric = physical.dielectric;
+    assert_eq!((dielectric.ior, dielectric.specular), (1.8, 0.5));
+    assert_eq!(dielectric.colour, [1.0, 0.5, 0.25]);
+    let coat = physical.coat.expect("a coat");
+    assert_eq!(
+        (coat.amount, coat.roughness, coat.normals),
+        (0.75, 0.25, CoatNormals::Smooth)
     );
+    let sheen = physical.sheen.expect("sheen");
+    assert_eq!((sheen.colour, sheen.roughness), ([0.1, 0.2, 0.3], 0.4));
+    assert_eq!(
+        physical.glass, None,
+        "a body without transmission shows nothing"
+    );
+    assert!(notes.is_empty(), "{notes:?}");
+    let (physical, _) = read(json!({
+        "KHR_materials_clearcoat": {}, "KHR_materials_sheen": { "sheenRoughnessFactor": 0.4 },
+    }));
+    assert_eq!(
+        (physical.coat, physical.sheen),
+        (None, None),
+        "by default there is neither"
+    );
+    for (extension, key, value) in [
+        ("KHR_materials_ior", "ior", json!("glass")),
+        (
+            "KHR_materials_specular",
+            "specularColorFactor",
+            json!([1, 2]),
+        ),
+        ("KHR_materials_clearcoat", "clearcoatFactor", json!([])),
+        ("KHR_materials_sheen", "sheenColorFactor", json!(1)),
+        (
+            "KHR_materials_transmission",
+            "transmissionFactor",
+            json!("all"),
+        ),
+    ] {
+        let error = with(json!({ extension: { key: value } }))
+            .map(|_| ())
+            .expect_err("no number");
+        assert!(error.contains(extension) && error.contains(key), "{error}");
+    }
+}
+
+#[test]
+fn bodies_are_as_thick_as_their_nodes_are_large() {
+    let mut maker = Maker::default();
+    let mut meshes = square(&mut maker);
+    meshes[0]["primitives"][0]["material"] = json!(0);
+    let scene = maker.load(json!({
+        "meshes": meshes,
+        "materials": [{ "extensions": {
+            "KHR_materials_transmission": { "transmissionFactor": 1 },
+            "KHR_materials_volume": {
+                "thicknessFactor": 2, "attenuationDistance": 0.5, "attenuationColor": [0.5, 1, 1],
+            },
+        } }],
+        "nodes": [{ "mesh": 0 }, { "mesh": 0, "scale": [3, 3, 3] }, { "mesh": 0, "scale": [3, 3, 3] }],
+        "scenes": [{ "nodes": [0, 1, 2] }],
+    }));
+    let scene = scene.expect("three squares");
+    let glass = |mesh: usize| {
+        let material = &scene.materials[scene.meshes[mesh].material];
+        material
+            .physical
+            .and_then(|physical| physical.glass)
+            .expect("glass")
+    };
+    assert_eq!(
+        [0, 1, 2].map(|mesh| glass(mesh).thickness.round()),
+        [2.0, 6.0, 6.0]
+    );
+    assert_eq!(glass(1).attenuation_distance, 0.5, "world units already");
+    assert_eq!(scene.materials.len(), 2, "one for each scale");
 }

@@ -5,7 +5,7 @@
 //! 32 by exclusive or, as well as of 8.
 //! Source: `KHR_meshopt_compression`, "Mode 0: attributes".
 
-use crate::input::gltf::compressed::meshopt::{Stream, signed};
+use crate::input::gltf::compressed::meshopt::stream::{Stream, signed};
 
 /// Most elements of a block.
 const BLOCK: usize = 256;

@@ -7,7 +7,7 @@ use resample_core::narrow::{self, index32};
 
 /// How elements were stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::input::gltf::compressed) enum Filter {
+pub(crate) enum Filter {
     None,
     /// Unit vectors on an octahedron.
     Octahedral,

@@ -4,7 +4,7 @@
 //! new, one of the last sixteen, or a difference from the last that was written out.
 //! Source: `KHR_meshopt_compression`, "Mode 1: triangles" and "Mode 2: indices".
 
-use crate::input::gltf::compressed::meshopt::{Stream, signed};
+use crate::input::gltf::compressed::meshopt::stream::{Stream, signed};
 
 /// Bytes of the table of pairs of corners at the end of a stream.
 const TABLE: usize = 16;

@@ -8,6 +8,7 @@
 mod attributes;
 mod filters;
 mod indices;
+mod stream;
 
 pub(super) use filters::Filter;
 
@@ -79,49 +80,6 @@ fn packed(indices: &[u32], stride: usize) -> Vec<u8> {
         [a, b, c, d].into_iter().take(stride)
     });
     bytes.collect()
-}
-
-/// The bytes of a stream, taken from its front.
-struct Stream<'a> {
-    left: &'a [u8],
-}
-
-impl<'a> Stream<'a> {
-    fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
-        let (front, left) = self.left.split_at_checked(count).ok_or("it is cut")?;
-        self.left = left;
-        Ok(front)
-    }
-
-    fn byte(&mut self) -> Result<u8, String> {
-        self.take(1).map(|bytes| bytes[0])
-    }
-
-    /// A number in groups of 7 bits, the lowest first.
-    fn number(&mut self) -> Result<u32, String> {
-        let mut number = 0;
-        // Five groups hold 32 bits.
-        for shift in (0..35).step_by(7) {
-            let byte = self.byte()?;
-            number |= u32::from(byte & 0x7f) << shift;
-            if byte < 0x80 {
-                return Ok(number);
-            }
-        }
-        Err("a number is longer than 32 bits".into())
-    }
-
-    fn check_end(&self) -> Result<(), String> {
-        match self.left.len() {
-            0 => Ok(()),
-            left => Err(format!("{left} bytes are left at its end")),
-        }
-    }
-}
-
-/// A difference whose sign is its lowest bit.
-fn signed(code: u32) -> u32 {
-    (code >> 1) ^ (code & 1).wrapping_neg()
 }
 
 #[cfg(test)]
