@@ -49,12 +49,13 @@ mod visibility;
 mod texture;
 mod tile;
 mod paper;
+mod tone;
 pub mod render;
 pub mod stats;
 
 #[cfg(feature = "input")]
 pub use input::{LoadOptions, Loaded, Pose, load, load_picture};
-pub use options::{Method, PlaneKind, RenderOptions, Shade, Shadows};
+pub use options::{Method, PlaneKind, RenderOptions, Shade, Shadows, ToneMap};
 pub use prepare::textures::Textures;
 pub use render::{Frame, Renderer};
 pub use resample_core::clock::StageTime;

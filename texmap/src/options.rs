@@ -54,6 +54,20 @@ pub struct RenderOptions {
     /// A pixel has one more than their square, on a turned lattice.
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", default_value_t = 4))]
     pub subpixels: u32,
+    /// Brightness of the picture, stops: each doubles the light
+    #[cfg_attr(
+        feature = "clap",
+        arg(
+            long,
+            value_name = "STOPS",
+            default_value_t = 0.0,
+            allow_hyphen_values = true
+        )
+    )]
+    pub exposure: f32,
+    /// How light beyond what a screen shows is brought into its range
+    #[cfg_attr(feature = "clap", arg(long, value_enum, default_value_t = ToneMap::None))]
+    pub tone_map: ToneMap,
     /// Planes of the picture beside its colour
     #[cfg_attr(feature = "serde", serde(rename = "layers"))]
     #[cfg_attr(
@@ -141,6 +155,22 @@ pub enum Shade {
     Pbr,
 }
 
+/// How light beyond what a screen shows is brought into its range.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum ToneMap {
+    /// Cut off
+    #[default]
+    None,
+    /// Compressed from 0.8 on, hues kept: the PBR Neutral tone mapper of the Khronos Group
+    Neutral,
+}
+
 /// Where shadows fall. Every surface that is not unlit takes the light of the surroundings then.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(
@@ -178,11 +208,29 @@ pub enum PlaneKind {
     Selection,
     /// Texels of the full texture per pixel, by area: channel texels
     Texels,
+    /// Number of the mesh that covers most of the pixel, from 0 on, each instance with its own; -1 where there is none: channel mesh
+    Mesh,
+    /// Number of its material, from 0 on; -1 where there is none: channel material
+    Material,
+    /// Texture coordinates of the base texture there, from 0 to 1 for one repeat; 0 without one: channels uv.U, uv.V
+    Coordinates,
 }
 
 impl PlaneKind {
     /// Every plane.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 8] = [
+        Self::Depth,
+        Self::Normal,
+        Self::Coverage,
+        Self::Selection,
+        Self::Texels,
+        Self::Mesh,
+        Self::Material,
+        Self::Coordinates,
+    ];
+
+    /// The planes of a file that has a place for them and names none.
+    pub const USUAL: [Self; 5] = [
         Self::Depth,
         Self::Normal,
         Self::Coverage,
@@ -200,6 +248,8 @@ impl Default for RenderOptions {
             light: DVec3::new(0.4, 1.0, 0.6),
             shadows: Shadows::None,
             subpixels: 4,
+            exposure: 0.0,
+            tone_map: ToneMap::None,
             planes: Vec::new(),
             background: [1.0; 3],
             simd: SimdLevel::Auto,
@@ -230,6 +280,13 @@ impl RenderOptions {
             return Err(Error::Option(format!(
                 "the surroundings are turned by {} degrees, expected a finite number",
                 self.environment_turn_deg
+            )));
+        }
+        // Beyond, black stays black and all else is white.
+        if !(-64.0..=64.0).contains(&self.exposure) {
+            return Err(Error::Option(format!(
+                "the exposure is {} stops, expected -64 to 64",
+                self.exposure
             )));
         }
         if self.shadows != Shadows::None && !matches!(self.shade, Shade::Auto | Shade::Pbr) {

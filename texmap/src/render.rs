@@ -22,6 +22,7 @@ use crate::stats::FrameStats;
 use crate::tile::planes::add_planes;
 use crate::tile::task::{FrameView, TileImage, near_key};
 use crate::tile::{StageBuffers, draw_tile};
+use crate::tone;
 use crate::visibility::filter::PixelFilter;
 use crate::{Error, Scene};
 
@@ -107,6 +108,8 @@ impl Renderer {
         let alike = RenderOptions {
             method: own.method,
             subpixels: own.subpixels,
+            exposure: own.exposure,
+            tone_map: own.tone_map,
             planes: own.planes.clone(),
             background: own.background,
             ..options.clone()
@@ -225,6 +228,7 @@ impl Renderer {
 
         let clock = StageClock::start();
         let mut image = picture(&window, &tiles);
+        tone::apply(self.options.exposure, self.options.tone_map, &mut image);
         if !self.options.planes.is_empty() {
             add_planes(&mut image, &self.options, &window, &tiles);
         }

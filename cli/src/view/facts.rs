@@ -195,6 +195,7 @@ pub(crate) fn options(drawing: &Drawing) -> Result<Value> {
             let textures = args.model.textures.to_possible_value();
             options["textures"] = json!(textures.map(|value| value.get_name().to_owned()));
             options["shade"] = json!(names::<texmap::Shade>());
+            options["tone-map"] = json!(names::<texmap::ToneMap>());
             options["shadows"] = json!(names::<texmap::Shadows>());
             options["method"] = json!(names::<texmap::Method>());
         }

@@ -25,7 +25,7 @@ use crate::values::BackgroundWord;
 use crate::values::input_file::Held;
 
 /// Options that the page may set. None of them names a file.
-const FROM_PAGE: [&str; 34] = [
+const FROM_PAGE: [&str; 36] = [
     "axes",
     "background",
     "blend",
@@ -38,6 +38,7 @@ const FROM_PAGE: [&str; 34] = [
     "crop",
     "crop-voxels",
     "environment-turn",
+    "exposure",
     "fill",
     "gradient-opacity",
     "iso",
@@ -59,6 +60,7 @@ const FROM_PAGE: [&str; 34] = [
     "slab-error",
     "subpixels",
     "textures",
+    "tone-map",
     "window",
 ];
 

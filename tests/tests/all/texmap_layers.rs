@@ -426,3 +426,72 @@ fn glass_without_light_of_surroundings_is_thin() {
         .pixel(4, 4);
     assert!((alpha - 0.55).abs() < 1e-4, "{alpha}");
 }
+
+#[test]
+fn numbers_and_coordinates_are_those_of_the_triangle_that_covers_most() {
+    let at = |depth: f32, [left, right]: [f32; 2]| {
+        [[left, -8.0], [right, -8.0], [right, 8.0], [left, 8.0]].map(|[x, y]| [x, y, depth])
+    };
+    let uvs = [[0.0, 1.0], [1.0; 2], [1.0, 0.0], [0.0; 2]];
+    let pictured = Material {
+        lighting: Lighting::Unlit,
+        ..material(Some(texture_use(Wrap::Repeat)))
+    };
+    let plain = Material {
+        lighting: Lighting::Unlit,
+        ..material(None)
+    };
+    let scene = Scene {
+        // The second lies before the first, from x = 0.1 on.
+        meshes: vec![
+            quad(at(0.0, [-8.0, 8.0]), uvs, 1),
+            quad(at(1.0, [0.1, 8.0]), uvs, 0),
+        ],
+        materials: vec![plain, pictured],
+        textures: vec![even_picture([200, 100, 50, 255])],
+        ..Scene::default()
+    };
+    let pose = LookAt {
+        position: DVec3::Z * 50.0,
+        target: DVec3::ZERO,
+        up: DVec3::Y,
+    };
+    // 20 pixels of one unit: the outer two on each side see nothing.
+    let camera = Camera::orthographic(&pose, 20.0, [20, 20]).expect("a pose with a direction");
+    let options = RenderOptions {
+        planes: vec![
+            texmap::PlaneKind::Mesh,
+            texmap::PlaneKind::Material,
+            texmap::PlaneKind::Coordinates,
+        ],
+        ..RenderOptions::default()
+    };
+    let mut renderer = Renderer::new(&scene, &options).expect("good options");
+    let image = renderer.render(&camera).expect("a valid camera").image;
+    let plane = |name: &str| {
+        let plane = image.planes.iter().find(|plane| plane.name == name);
+        &plane.expect("it was asked for").values
+    };
+    for x in 0..20 {
+        let of = |name: &str| plane(name)[9 * 20 + x];
+        // The pixel with the edge lies between x = 0 and 1, nine tenths of it on the second.
+        let expected = match x {
+            0 | 1 | 18 | 19 => (-1.0, -1.0, [0.0; 2]),
+            2..=9 => (0.0, 1.0, [(x as f32 - 1.5) / 16.0, 7.5 / 16.0]),
+            _ => (1.0, 0.0, [0.0; 2]),
+        };
+        assert_eq!(
+            (of("mesh"), of("material")),
+            (expected.0, expected.1),
+            "pixel {x}"
+        );
+        // A border pixel of the first sees it up to its own middle.
+        for (name, expected) in ["uv.U", "uv.V"].into_iter().zip(expected.2) {
+            assert!(
+                (of(name) - expected).abs() < 0.02,
+                "{name} at {x}: {} for {expected}",
+                of(name)
+            );
+        }
+    }
+}

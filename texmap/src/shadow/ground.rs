@@ -17,7 +17,7 @@ use crate::light::blocked::bvh::{Tree, Vector};
 use crate::light::blocked::sky::Sky;
 use crate::light::blocked::sun_rays::sun_visible;
 use crate::light::suns::Sun;
-use crate::options::{Method, RenderOptions, Shade, Shadows};
+use crate::options::{Method, RenderOptions, Shade, Shadows, ToneMap};
 use crate::project::cull::Facing;
 use crate::screen::{LANES, Lanes};
 use crate::shadow::bake::brightness;
@@ -52,6 +52,8 @@ pub(super) const UNLIT: RenderOptions = RenderOptions {
     light: DVec3::Y,
     shadows: Shadows::None,
     subpixels: 4,
+    exposure: 0.0,
+    tone_map: ToneMap::None,
     planes: Vec::new(),
     background: [1.0; 3],
     simd: SimdLevel::Auto,

@@ -1,14 +1,15 @@
-//! The planes beside colour: depth, normal, coverage, selection, texel density.
+//! The planes beside colour: depth, normal, coverage, selection, texel density, numbers and coordinates.
 //!
 //! All of them speak of the nearest surface at each sub-pixel, whatever its alpha, and weigh it by the pixel's filter:
-//! a triangle is read once a pixel, at the mean of its sub-pixels' positions. The pixels of a row of the
+//! a triangle is read once a pixel, at the mean of its sub-pixels' positions. Numbers and coordinates have no mean: they are those of the triangle that
+//! covers most of the pixel. The pixels of a row of the
 //! tile are computed together, triangle by triangle.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, mask32x16};
 use fearless_simd_macros::simd;
 use rayon::prelude::*;
-use resample_core::{Image, Plane, Projection, dispatch};
+use resample_core::{Image, Plane, Projection, dispatch, narrow};
 
 use crate::options::{PlaneKind, RenderOptions};
 use crate::project::surface::Surface;
@@ -30,6 +31,11 @@ struct RowPlanes {
     depth: Row,
     normal: [Row; 3],
     texels: Row,
+    /// Of the triangle that covers most of a pixel: how much, the mesh, the material and the place on its texture.
+    most: Row,
+    mesh: Row,
+    material: Row,
+    uv: [Row; 2],
 }
 
 /// A triangle in the pixels of a row: its share of each, and where that lies, px from the corner of the tile's border.
@@ -38,6 +44,8 @@ struct TriangleShare<'a, S: Simd> {
     key: Linear,
     weight: f32x16<S>,
     at: [f32x16<S>; 2],
+    /// One over the size of the base texture.
+    per_texel: [f32; 2],
 }
 
 /// Storage of the planes of a tile.
@@ -105,6 +113,14 @@ fn nearest_ids<'a>(visible: &'a Visible, nearest: &'a mut Vec<u32>) -> &'a [u32]
     nearest
 }
 
+/// One over the width and the height of a surface's base texture.
+fn per_texel(tile: &Tile, surface: &Surface) -> [f32; 2] {
+    surface.base.map_or([1.0; 2], |base| {
+        let [width, height] = tile.frame.scene.pyramids[base.pyramid].levels[0].size;
+        [1.0 / width as f32, 1.0 / height as f32]
+    })
+}
+
 /// The depth key of a triangle over the tile.
 fn key_of(tile: &Tile, visible: &Visible, id: u32) -> Linear {
     // Translucent triangles are not kept.
@@ -145,6 +161,7 @@ fn fill_row<S: Simd>(
                 key: key_of(tile, visible, id),
                 weight: alike.select(f32x16::splat(simd, 1.0), zero),
                 at: [columns + x, y_px],
+                per_texel: per_texel(tile, surface),
             };
             row.add(simd, projection, &share);
         }
@@ -174,6 +191,7 @@ fn fill_row<S: Simd>(
             key: key_of(tile, visible, sums.id),
             weight: mixed.select(weight, zero),
             at: [0, 1].map(|k: usize| f32x16::from_slice(simd, &sums.at[k]) * scale),
+            per_texel: per_texel(tile, surface),
         };
         row.add(simd, projection, &share);
     }
@@ -189,6 +207,7 @@ impl RowPlanes {
             surface,
             weight,
             at: [x, y],
+            per_texel,
             ..
         } = *share;
         let seen = weight.simd_gt(zero);
@@ -213,6 +232,17 @@ impl RowPlanes {
         for (row, n) in self.normal.iter_mut().zip(normal) {
             sum(row, n * per_length);
         }
+        let larger = weight.simd_gt(f32x16::from_slice(simd, &self.most));
+        let keep = |row: &mut Row, value: f32x16<S>| {
+            let kept = larger.select(value, f32x16::from_slice(simd, row));
+            kept.store_slice(row);
+        };
+        keep(&mut self.most, weight);
+        keep(&mut self.mesh, splat(surface.mesh as f32));
+        keep(&mut self.material, splat(surface.material as f32));
+        if surface.base.is_none() {
+            self.uv.iter_mut().for_each(|row| keep(row, zero));
+        }
         if let Some(base) = &surface.base {
             let w = one / at(&surface.over_w);
             let (u, v) = (at(&base.u) * w, at(&base.v) * w);
@@ -222,6 +252,14 @@ impl RowPlanes {
             let area = slope(&base.u, u, 0) * slope(&base.v, v, 1)
                 - slope(&base.u, u, 1) * slope(&base.v, v, 0);
             sum(&mut self.texels, area.abs());
+            for ((row, at), (start, per_texel)) in self
+                .uv
+                .iter_mut()
+                .zip([u, v])
+                .zip(base.start.iter().zip(per_texel))
+            {
+                keep(row, (at + splat(narrow::single(*start))) * splat(per_texel));
+            }
         }
     }
 
@@ -235,6 +273,9 @@ impl RowPlanes {
                 Channel::Coverage => coverage.min(1.0),
                 Channel::Selection => points[x],
                 Channel::Texels => self.texels[x] / coverage,
+                Channel::Mesh => self.mesh[x],
+                Channel::Material => self.material[x],
+                Channel::Coordinate(axis) => self.uv[axis][x],
             };
             *out = if coverage > 0.0 { shown } else { kind.empty() };
         }
@@ -249,6 +290,9 @@ enum Channel {
     Coverage,
     Selection,
     Texels,
+    Mesh,
+    Material,
+    Coordinate(usize),
 }
 
 impl Channel {
@@ -256,6 +300,7 @@ impl Channel {
     fn empty(self) -> f32 {
         match self {
             Self::Depth => f32::INFINITY,
+            Self::Mesh | Self::Material => -1.0,
             _ => 0.0,
         }
     }
@@ -273,6 +318,12 @@ fn channels(options: &RenderOptions) -> Vec<(Channel, &'static str)> {
         PlaneKind::Coverage => vec![(Channel::Coverage, "coverage")],
         PlaneKind::Selection => vec![(Channel::Selection, "selection")],
         PlaneKind::Texels => vec![(Channel::Texels, "texels")],
+        PlaneKind::Mesh => vec![(Channel::Mesh, "mesh")],
+        PlaneKind::Material => vec![(Channel::Material, "material")],
+        PlaneKind::Coordinates => vec![
+            (Channel::Coordinate(0), "uv.U"),
+            (Channel::Coordinate(1), "uv.V"),
+        ],
     };
     let kinds = PlaneKind::ALL.into_iter().filter(|&kind| options.has(kind));
     kinds.flat_map(of).collect()

@@ -445,7 +445,7 @@ fn pose(model: &ModelArgs, sequence: &SequenceArgs, number: usize) -> Option<Pos
 /// How the mesh is drawn. Only an EXR file has a place for further planes.
 pub(crate) fn render_options(args: &RenderOptions, finish: &Finish) -> Result<RenderOptions> {
     let planes = match finish.format {
-        Format::Exr if args.planes.is_empty() => PlaneKind::ALL.to_vec(),
+        Format::Exr if args.planes.is_empty() => PlaneKind::USUAL.to_vec(),
         Format::Png(_) | Format::Jpeg if !args.planes.is_empty() => {
             bail!("--layers: only a name that ends in .exr has a place for them")
         }

@@ -322,6 +322,9 @@ function meshPanel() {
     choice("texels by", "method", options.method, "hybrid"),
     slider("turn light", { min: -180, max: 180, value: Number(option("environment-turn") ?? 0), text: (x) => `${x.toFixed(0)}\u00b0`,
       act: (x) => setOption("environment-turn", x.toFixed(0)) }),
+    slider("exposure", { min: -6, max: 6, value: Number(option("exposure") ?? 0), text: (x) => `${x.toFixed(1)} stops`,
+      act: (x) => setOption("exposure", x.toFixed(1)) }),
+    choice("tone map", "tone-map", options["tone-map"], "none"),
   ];
 }
 
