@@ -208,9 +208,9 @@ pub enum PlaneKind {
     Selection,
     /// Texels of the full texture per pixel, by area: channel texels
     Texels,
-    /// Number of the mesh that covers most of the pixel, from 0 on, each instance with its own; -1 where there is none: channel mesh
+    /// Number of the mesh that covers most of the pixel, from 0 on, each instance with its own; -1 where none covers half of it: channel mesh
     Mesh,
-    /// Number of its material, from 0 on; -1 where there is none: channel material
+    /// Number of its material, from 0 on; -1 likewise: channel material
     Material,
     /// Texture coordinates of the base texture there, from 0 to 1 for one repeat; 0 without one: channels uv.U, uv.V
     Coordinates,

@@ -21,11 +21,15 @@ use crate::light::lobe::{
 use crate::light::suns::LitSurface;
 use crate::screen::{LANES, Lanes};
 
-/// Layers as light meets them; 0 where a place has none.
+/// Layers as light meets them; where a place has none, they are as those of any dielectric.
 #[derive(Clone, Copy)]
 pub(crate) struct LayerInputs {
     /// False if no place has any.
     pub(crate) used: bool,
+    /// The reflectance of the dielectric along the normal.
+    pub(crate) dielectric: [Lanes; 3],
+    /// As much of its reflection counts; at grazing angles it is all that is reflected.
+    pub(crate) specular: Lanes,
     /// How much of a place a coat covers.
     pub(crate) coat: Lanes,
     /// Perceptual roughness.
@@ -51,6 +55,8 @@ impl Default for LayerInputs {
         let none = [0.0; LANES];
         Self {
             used: false,
+            dielectric: [[DIELECTRIC; LANES]; 3],
+            specular: [1.0; LANES],
             coat: none,
             coat_roughness: none,
             coat_normal: [none; 3],
@@ -61,6 +67,15 @@ impl Default for LayerInputs {
             left: [[1.0; LANES]; 3],
             through: [none; 3],
         }
+    }
+}
+
+impl LayerInputs {
+    /// The reflectance of paint along the normal, and at grazing angles.
+    #[inline(always)]
+    pub(super) fn paint<S: Simd>(&self, simd: S) -> ([f32x16<S>; 3], f32x16<S>) {
+        let specular = f32x16::from_slice(simd, &self.specular);
+        (load_3(simd, &self.dielectric), specular)
     }
 }
 

@@ -44,11 +44,7 @@ pub(crate) struct Inputs {
     pub(crate) open: Lanes,
     /// Mean square of the distance of normals from their mean.
     pub(crate) variance: Lanes,
-    /// The reflectance of the dielectric along the normal.
-    pub(crate) dielectric: [Lanes; 3],
-    /// As much of its reflection counts; at grazing angles it is all that is reflected.
-    pub(crate) specular: Lanes,
-    /// Layers above.
+    /// Layers beside metal and paint.
     pub(crate) layers: LayerInputs,
     /// Where the scene blocks light.
     pub(crate) pixels: PixelLights,
@@ -67,8 +63,6 @@ impl Default for Inputs {
             roughness_variance: [0.0; LANES],
             open: [1.0; LANES],
             variance: [0.0; LANES],
-            dielectric: [[DIELECTRIC; LANES]; 3],
-            specular: [1.0; LANES],
             layers: LayerInputs::default(),
             pixels: PixelLights::default(),
         }
@@ -76,8 +70,46 @@ impl Default for Inputs {
 }
 
 /// Reflects light at the first `count` places.
-#[simd]
+#[inline(always)]
 pub(crate) fn reflect<S: Simd>(
+    simd: S,
+    around: Surrounding,
+    inputs: &mut Inputs,
+    count: usize,
+    out: &mut [Vec4; LANES],
+) {
+    // Surfaces of metal and paint alone do without the rest of the code.
+    match inputs.layers.used {
+        false => reflect_metal_and_paint(simd, around, inputs, count, out),
+        true => reflect_layers(simd, around, inputs, count, out),
+    }
+}
+
+#[simd]
+fn reflect_metal_and_paint<S: Simd>(
+    simd: S,
+    around: Surrounding,
+    inputs: &mut Inputs,
+    count: usize,
+    out: &mut [Vec4; LANES],
+) {
+    reflect_of::<S, false>(simd, around, inputs, count, out);
+}
+
+#[simd]
+fn reflect_layers<S: Simd>(
+    simd: S,
+    around: Surrounding,
+    inputs: &mut Inputs,
+    count: usize,
+    out: &mut [Vec4; LANES],
+) {
+    reflect_of::<S, true>(simd, around, inputs, count, out);
+}
+
+/// Reflects light; without `LAYERS` only metal and plain paint do.
+#[inline(always)]
+fn reflect_of<S: Simd, const LAYERS: bool>(
     simd: S,
     around: Surrounding,
     inputs: &mut Inputs,
@@ -99,8 +131,10 @@ pub(crate) fn reflect<S: Simd>(
     let with_metal = load_3(simd, &inputs.base_with_metal);
     let (per_metal, metals) = colours_of_metal(simd, metal, &base, &with_metal);
     let (lobes, count_of_lobes) = moments(simd, inputs, metal).lobes(simd);
-    let paint_f0 = load_3(simd, &inputs.dielectric);
-    let paint_f90 = load(&inputs.specular);
+    let (paint_f0, paint_f90) = match LAYERS {
+        true => inputs.layers.paint(simd),
+        false => ([splat(DIELECTRIC); 3], one),
+    };
     let open = load(&inputs.open);
     let mut shaded = Shaded::new(simd, around, &mut inputs.pixels, count);
     let mut mirror = [zero; 3];
@@ -123,7 +157,10 @@ pub(crate) fn reflect<S: Simd>(
         once.add(lobe, (scale, offset), lobe.metal - metal);
         let mut f0 = [zero; 3];
         // Reflected at grazing angles.
-        let f90 = paint_f90 + (one - paint_f90) * lobe.metal;
+        let f90 = match LAYERS {
+            true => paint_f90 + (one - paint_f90) * lobe.metal,
+            false => one,
+        };
         for k in 0..3 {
             f0[k] = paint_f0[k] + (metals[k] - paint_f0[k]) * lobe.metal;
             mirror[k] += (f0[k] * scale + f90 * offset) * seen[k] * lobe.weight;
@@ -155,13 +192,13 @@ pub(crate) fn reflect<S: Simd>(
         base,
         with_metal,
     };
-    let glass = load(&inputs.layers.glass);
+    let glass = LAYERS.then(|| load(&inputs.layers.glass));
     let (further, mut through) = footprint.multiple_scattering(simd, &once, glass);
     let open = shaded.open(simd, (environment, open), towards, &even);
     for k in 0..3 {
         mirror[k] = (mirror[k] + further[k] * even[k]) * open;
     }
-    if inputs.layers.used {
+    if LAYERS {
         let seen = SeenByLayers {
             layers: &inputs.layers,
             normal: [nx, ny, nz],
@@ -242,13 +279,13 @@ struct Footprint<S: Simd> {
 
 impl<S: Simd> Footprint<S> {
     /// The shares of even light that bounce between facets, or scatter below the surface, before they leave; and those that pass
-    /// through the surface instead, as much as `glass` of them.
+    /// through the surface instead, as much as `glass` of them. Without it paint reflects alike in all colours.
     #[inline(always)]
     fn multiple_scattering(
         &self,
         simd: S,
         once: &SingleScattering<S>,
-        glass: f32x16<S>,
+        glass: Option<f32x16<S>>,
     ) -> ([f32x16<S>; 3], [f32x16<S>; 3]) {
         let splat = |x: f32| f32x16::splat(simd, x);
         let (zero, one) = (splat(0.0), splat(1.0));
@@ -258,16 +295,22 @@ impl<S: Simd> Footprint<S> {
         let of_metal = once.of(self.per_metal);
         let of_paint = once.of(zero - per_paint);
         let (mut further, mut through) = ([zero; 3], [zero; 3]);
+        let mut scattered = of_paint.scattered(simd, (self.paint_f0[0], self.paint_f90));
         for (k, further) in further.iter_mut().enumerate() {
-            let (first, often_of_paint) =
-                of_paint.scattered(simd, (self.paint_f0[k], self.paint_f90));
+            if glass.is_some() {
+                scattered = of_paint.scattered(simd, (self.paint_f0[k], self.paint_f90));
+            }
+            let (first, often_of_paint) = scattered;
             let below = (one - first - often_of_paint).max(zero);
             let (_, often_of_metal) = of_metal.scattered(simd, (self.metals[k], one));
             let often = often_of_paint * paint + often_of_metal * self.metal;
             let matt = self.base[k] * (below * paint) - self.with_metal[k] * below;
             let matt = matt.max(zero);
-            through[k] = matt * glass;
-            *further = often + matt - through[k];
+            *further = often + matt;
+            if let Some(glass) = glass {
+                through[k] = matt * glass;
+                *further -= through[k];
+            }
         }
         (further, through)
     }

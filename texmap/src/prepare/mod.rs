@@ -97,7 +97,7 @@ pub(crate) struct PreparedMaterial {
 impl PreparedMaterial {
     /// Returns true if light passes through in its colour.
     pub(crate) fn is_glass(&self) -> bool {
-        let layers = self.physical.and_then(|physical| physical.layers);
+        let layers = self.physical.as_ref().and_then(|physical| physical.layers);
         layers.is_some_and(|layers| layers.glass > 0.0)
     }
 

@@ -270,7 +270,7 @@ impl Surface {
         };
         let colours = (!mesh.colours.is_empty())
             .then(|| [0, 1, 2, 3].map(|k| plane(corners.map(|i| f64::from(mesh.colours[i][k])))));
-        let maps = material.physical.map(|physical| {
+        let maps = material.physical.as_ref().map(|physical| {
             let map =
                 |k: usize| map_planes(&physical.maps[k]?, &mesh.map_uv[k], &mesh.base_uv, &uv);
             let mut tangents = [[0.0; 4]; 3];

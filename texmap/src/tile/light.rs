@@ -11,7 +11,7 @@ use resample_mesh::scene::{AlphaMode, CoatNormals};
 
 use crate::light::blocked::look::OnTriangle;
 use crate::light::layers::LayerInputs;
-use crate::light::lobe::{DIELECTRIC, Surrounding};
+use crate::light::lobe::Surrounding;
 use crate::light::physical::{Inputs, reflect};
 use crate::prepare::layers::{Layers, Shares};
 use crate::prepare::maps::{mean_normal, variance_within};
@@ -295,15 +295,8 @@ fn put(
         inputs.base_with_metal[k][at] = with_metal[k];
     }
     inputs.roughness_with_metal[at] = with_metal.w;
-    match &physical.layers {
-        Some(layers) => put_layers(layers, (texels, &maps.maps), at, inputs),
-        None => {
-            inputs
-                .dielectric
-                .iter_mut()
-                .for_each(|part| part[at] = DIELECTRIC);
-            inputs.specular[at] = 1.0;
-        }
+    if let Some(layers) = &physical.layers {
+        put_layers(layers, (texels, &maps.maps), at, inputs);
     }
     inputs.roughness[at] = roughness;
     inputs.roughness_variance[at] = variance;
@@ -334,12 +327,12 @@ fn put_layers(
     let of = shares(REFLECTION, layers.reflection);
     let specular = layers.specular * number(of.has_second, texels[REFLECTION].w);
     let dielectric = layers.reflectance * colour(REFLECTION, of.has_first) * specular;
-    for k in 0..3 {
-        inputs.dielectric[k][at] = dielectric[k];
-    }
-    inputs.specular[at] = specular;
     let above = &mut inputs.layers;
     above.used = true;
+    for k in 0..3 {
+        above.dielectric[k][at] = dielectric[k];
+    }
+    above.specular[at] = specular;
     let of = shares(COAT, layers.coated);
     above.coat[at] = layers.coat * number(of.has_first, texels[COAT].x);
     above.coat_roughness[at] = layers.coat_roughness * number(of.has_second, texels[COAT].y);
@@ -462,7 +455,7 @@ fn reflect_batch<S: Simd>(
     for k in 0..batch.count {
         out[k] = out[k] * scales[k] + added[k];
     }
-    let is_glass = physical.layers.is_some_and(|layers| layers.glass > 0.0);
+    let is_glass = (physical.layers.as_ref()).is_some_and(|layers| layers.glass > 0.0);
     *through = is_glass.then(|| seen_through(&inputs.layers.through, &mut out[..batch.count]));
 }
 

@@ -277,7 +277,11 @@ impl RowPlanes {
                 Channel::Material => self.material[x],
                 Channel::Coordinate(axis) => self.uv[axis][x],
             };
-            *out = if coverage > 0.0 { shown } else { kind.empty() };
+            *out = if coverage > kind.least_coverage() {
+                shown
+            } else {
+                kind.empty()
+            };
         }
     }
 }
@@ -296,6 +300,14 @@ enum Channel {
 }
 
 impl Channel {
+    /// The coverage from which on a pixel shows a surface: for what has no mean, nothing may cover more of it.
+    fn least_coverage(self) -> f32 {
+        match self {
+            Self::Mesh | Self::Material | Self::Coordinate(_) => 0.5,
+            _ => 0.0,
+        }
+    }
+
     /// The value where nothing is seen.
     fn empty(self) -> f32 {
         match self {

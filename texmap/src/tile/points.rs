@@ -191,10 +191,9 @@ fn patch_sample<'a>(
     let material = surface.material(tile.frame.scene);
     let footprint = PatchFootprint::new(tile, surface, patch, at_px);
     let of = |planes: &Option<UvPlanes>| planes.as_ref().map(|planes| planes.pyramid);
-    let maps_of_light = material.physical.as_ref().map(|physical| &physical.maps);
-    let maps_of_light = maps_of_light.map_or([None; MAPS], Clone::clone);
-    let like_base = maps_of_light.map(|map| {
-        let map = map.filter(|map| map.per_base == Some([1.0; 2]))?;
+    let maps_of_light = &material.physical.as_ref()?.maps;
+    let like_base = maps_of_light.each_ref().map(|map| {
+        let map = map.as_ref().filter(|map| map.per_base == Some([1.0; 2]))?;
         Some(map.pyramid)
     });
     let (base, mut maps) = match of(&surface.base) {

@@ -38,6 +38,7 @@ pub(crate) struct SubpixelColours {
     pub(crate) splats: u64,
     by_triangle: ByTriangle,
     layers: Layers,
+    batches: BatchBuffers,
     /// By edge: the difference in colour across it.
     jumps: Vec<Vec4>,
 }
@@ -101,7 +102,10 @@ fn lay_opaque<S: Simd>(
     colours: &mut SubpixelColours,
 ) -> u64 {
     let SubpixelColours {
-        rgba, by_triangle, ..
+        rgba,
+        by_triangle,
+        batches,
+        ..
     } = colours;
     let ids = &visible.subpixels.ids;
     by_triangle.clear();
@@ -116,7 +120,8 @@ fn lay_opaque<S: Simd>(
         }
     }
     let runs = by_triangle.sort(visible.surfaces.len());
-    lay_runs(simd, tile, (&visible.surfaces, runs), (rgba, &mut []))
+    let out = (&mut rgba[..], &mut [][..]);
+    lay_runs(simd, tile, (&visible.surfaces, runs), batches, out)
 }
 
 /// Lays the translucent layers of every wanted sub-pixel over what lies behind, the farthest first; how many there were.
@@ -131,6 +136,7 @@ fn lay_layers<S: Simd>(
         rgba,
         by_triangle,
         layers,
+        batches,
         ..
     } = colours;
     let per_pixel = tile.frame.filter.per_pixel;
@@ -160,7 +166,7 @@ fn lay_layers<S: Simd>(
         }
         let runs = by_triangle.sort(visible.surfaces.len());
         let out = (&mut layers.colours[..], &mut layers.through[..]);
-        count += lay_runs(simd, tile, (&visible.surfaces, runs), out);
+        count += lay_runs(simd, tile, (&visible.surfaces, runs), batches, out);
         match layers.through.is_empty() {
             true => layers.blend(rgba),
             false => layers.blend_through(tile.frame.options.background, rgba),
@@ -176,13 +182,13 @@ fn lay_runs<S: Simd>(
     simd: S,
     tile: &Tile,
     (surfaces, runs): (&[Option<Box<Surface>>], &[Run]),
+    buffers: &mut BatchBuffers,
     (colours, through): (&mut [[f32; 4]], &mut [[f32; 3]]),
 ) -> u64 {
     let iota = u32x16::from_slice(
         simd,
         &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15],
     );
-    let mut buffers = BatchBuffers::default();
     let mut out = [Vec4::ZERO; LANES];
     // Room for a vector that begins at the last.
     let (mut subpixels, mut places) = ([0; 2 * LANES], [0; 2 * LANES]);
@@ -207,7 +213,7 @@ fn lay_runs<S: Simd>(
                     continue;
                 }
                 let batch = tile.frame.filter.batch(simd, &subpixels, count);
-                shade_batch(tile, simd, (surface, &batch), &mut buffers, &mut out);
+                shade_batch(tile, simd, (surface, &batch), buffers, &mut out);
                 for (&place, colour) in places[..count].iter().zip(out) {
                     colours[place as usize] = colour.to_array();
                 }
