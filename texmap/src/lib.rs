@@ -32,8 +32,6 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-#[cfg(feature = "input")]
-pub mod background;
 pub mod scene_camera;
 #[cfg(feature = "input")]
 pub mod input;
@@ -49,10 +47,12 @@ mod visibility;
 mod texture;
 mod tile;
 mod paper;
-mod tone;
+mod finish;
 pub mod render;
 pub mod stats;
 
+#[cfg(feature = "input")]
+pub use finish::background;
 #[cfg(feature = "input")]
 pub use input::{LoadOptions, Loaded, Pose, load, load_picture};
 pub use options::{Method, PlaneKind, RenderOptions, Shade, Shadows, ToneMap};

@@ -11,6 +11,7 @@ use resample_core::clock::StageClock;
 use resample_core::tile::TileLists;
 use resample_core::{Camera, Image, Reuse};
 
+use crate::finish::tone;
 use crate::light::blocked::BlockedLight;
 use crate::options::RenderOptions;
 use crate::paper::pixel_look_ups;
@@ -22,7 +23,6 @@ use crate::stats::FrameStats;
 use crate::tile::planes::add_planes;
 use crate::tile::task::{FrameView, TileImage, near_key};
 use crate::tile::{StageBuffers, draw_tile};
-use crate::tone;
 use crate::visibility::filter::PixelFilter;
 use crate::{Error, Scene};
 
