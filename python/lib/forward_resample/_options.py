@@ -250,6 +250,10 @@ class MeshOptions(FramedOptions, total=False):
     shadows: Union[bool, Literal["none", "mesh", "ground"]]
     #: Sub-pixels along a pixel's side at which visibility is decided: 1, 2, 3, 4 or 8
     subpixels: Value
+    #: Brightness of the picture, stops: each doubles the light
+    exposure: Value
+    #: How light beyond what a screen shows is brought into its range
+    tone_map: Literal["none", "neutral"]
     #: Planes of the picture beside its colour
     layers: Any
     #: SIMD level. Levels differ by rounding only; one level gives the same bytes on every machine
