@@ -19,7 +19,8 @@ use crate::input::obj::lines::{Line, decode_text, lines, numbers};
 use crate::input::obj::map::{self, Channel, Map};
 use crate::input::options::Notes;
 use crate::scene::{
-    AlphaMode, Lighting, Magnify, Material, Physical, Sides, Texture, TextureUse, Wrap,
+    AlphaMode, Coat, CoatNormals, Lighting, Magnify, Material, Physical, Sheen, Sides, Texture,
+    TextureUse, Wrap,
 };
 
 /// Largest MTL file, bytes. A material takes about 300, so this is 200 000 of them.
@@ -216,7 +217,7 @@ impl<'a> Library<'a> {
         })
     }
 
-    /// Metal, roughness and normals.
+    /// Metal, roughness, normals and layers.
     fn physical(&mut self, entry: &Entry, notes: &mut Notes) -> Result<Physical, String> {
         let maps = [entry.map_pr.as_ref(), entry.map_pm.as_ref()];
         let mut made_of = [None, None];
@@ -241,6 +242,19 @@ impl<'a> Library<'a> {
             metal_roughness_texture: placed.zip(texture).map(|(map, texture)| used(map, texture)),
             normal_texture: self.colour(entry, entry.norm.as_ref(), None, notes)?,
             normal_scale: entry.norm.as_ref().map_or(1.0, |map| map.strength),
+            coat: (entry.coat > 0.0).then_some(Coat {
+                amount: entry.coat,
+                roughness: entry.coat_roughness,
+                amount_texture: None,
+                roughness_texture: None,
+                normals: CoatNormals::Smooth,
+            }),
+            sheen: (entry.sheen > 0.0).then_some(Sheen {
+                colour: [entry.sheen; 3],
+                roughness: SHEEN_ROUGHNESS,
+                colour_texture: None,
+                roughness_texture: None,
+            }),
             ..plain
         })
     }
@@ -360,14 +374,22 @@ pub(super) struct Entry {
     pub map_pr: Option<Map>,
     pub map_pm: Option<Map>,
     pub norm: Option<Map>,
+    /// `Pc` and `Pcr`: a clear coat and its roughness.
+    pub coat: f32,
+    pub coat_roughness: f32,
+    /// `Ps`.
+    pub sheen: f32,
     /// Words that change the light and are not read.
     pub unread: BTreeSet<&'static str>,
 }
 
+/// The roughness of fibres, of which material files say nothing. A guess.
+const SHEEN_ROUGHNESS: f32 = 0.5;
+
 /// Words that change the light on surfaces and are not read. `Ks`, `Ns` and `Ka` are of a model of light that is not drawn.
-const UNREAD: [&str; 14] = [
-    "Ps", "map_Ps", "Pc", "Pcr", "aniso", "anisor", "bump", "map_bump", "map_Bump", "disp", "refl",
-    "decal", "map_RMA", "map_ORM",
+const UNREAD: [&str; 11] = [
+    "map_Ps", "aniso", "anisor", "bump", "map_bump", "map_Bump", "disp", "refl", "decal",
+    "map_RMA", "map_ORM",
 ];
 
 impl Entry {
@@ -389,13 +411,18 @@ impl Entry {
             map_pr: None,
             map_pm: None,
             norm: None,
+            coat: 0.0,
+            coat_roughness: 0.0,
+            sheen: 0.0,
             unread: BTreeSet::new(),
         }
     }
 
-    /// Returns true if it says anything of metal, roughness or normals.
+    /// Returns true if it says anything of metal, roughness, normals or layers.
     fn is_physical(&self) -> bool {
-        self.roughness.is_some()
+        self.coat > 0.0
+            || self.sheen > 0.0
+            || self.roughness.is_some()
             || self.metal.is_some()
             || [&self.map_pr, &self.map_pm, &self.norm]
                 .iter()
@@ -425,6 +452,9 @@ impl Entry {
             "map_d" | "map_D" => self.map_d = Some(Map::read(line.rest)?),
             "Pr" => self.roughness = Some(unit(line.rest)?),
             "Pm" => self.metal = Some(unit(line.rest)?),
+            "Pc" => self.coat = unit(line.rest)?,
+            "Pcr" => self.coat_roughness = unit(line.rest)?,
+            "Ps" => self.sheen = unit(line.rest)?,
             "map_Pr" => self.map_pr = Some(Map::read(line.rest)?),
             "map_Pm" => self.map_pm = Some(Map::read(line.rest)?),
             "norm" | "map_Kn" => self.norm = Some(Map::read(line.rest)?),

@@ -409,13 +409,32 @@ fn physical_materials_are_read() {
 }
 
 #[test]
+fn coats_and_sheen_are_read() {
+    let folder = Folder::new();
+    folder.write("a.mtl", "newmtl m\nPc 0.75\nPcr 0.25\nPs 0.5\n");
+    let Loaded { scene, notes } = folder.load(face("")).expect("a good file");
+    let physical = scene.materials[0].physical.expect("it is lit");
+    let coat = physical.coat.expect("a coat");
+    assert_eq!((coat.amount, coat.roughness), (0.75, 0.25));
+    assert_eq!(physical.sheen.map(|sheen| sheen.colour), Some([0.5; 3]));
+    assert!(notes.is_empty(), "{notes:?}");
+    folder.write("a.mtl", "newmtl m\nPr 0.5\nPc 0\nPcr 0\nPs 0\n");
+    let Loaded { scene, .. } = folder.load(face("")).expect("a good file");
+    let physical = scene.materials[0].physical.expect("it is lit");
+    assert_eq!((physical.coat, physical.sheen), (None, None), "0 is none");
+}
+
+#[test]
 fn light_that_is_not_read_is_named() {
     let folder = Folder::new();
-    folder.write("a.mtl", "newmtl m\nKs 1 1 1\nPs 0.5\nmap_Bump b.png\n");
+    folder.write(
+        "a.mtl",
+        "newmtl m\nKs 1 1 1\nmap_Ps s.png\nmap_Bump b.png\n",
+    );
     let Loaded { scene, notes } = folder.load(face("")).expect("a good file");
     assert!(scene.materials[0].physical.is_none(), "nothing is made up");
     assert!(
-        notes.len() == 1 && notes[0].contains("Ps, map_Bump") && notes[0].contains("differ"),
+        notes.len() == 1 && notes[0].contains("map_Bump, map_Ps") && notes[0].contains("differ"),
         "{notes:?}"
     );
 }
