@@ -95,9 +95,10 @@ fn distances_and_angles_are_measured() {
     let Some((_viewer, mut browser)) = open(&bench, "") else {
         return;
     };
-    let middle = browser.middle("#picture");
     browser.press("distance");
     for dx in [-40.0, 40.0] {
+        // The panel beside the picture may have changed its place.
+        let middle = browser.middle("#picture");
         let at = [middle[0] + dx, middle[1]];
         browser.drag(at, at);
         browser.wait(&format!(
