@@ -219,9 +219,7 @@ pub fn reflected_through(
         metal: 0.0,
         roughness,
     };
-    // What a surface without a matt layer reflects once.
-    let alone = |direction: DVec3| light(direction);
-    let coat = once_reflected(alone, &glass, at, count);
+    let coat = once_reflected(light, &glass, at, count);
     let fresnel = 0.04 + 0.96 * (1.0 - to_eye).powi(5);
     sum * (1.0 - amount * fresnel) + coat * amount
 }

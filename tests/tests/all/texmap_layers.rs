@@ -12,7 +12,7 @@ use texmap::scene::{
 };
 use texmap::{RenderOptions, Renderer, Scene};
 
-/// What a camera far away sees in the middle of a square in the plane z = 0.
+/// The colour in the middle of a lit square in the plane z = 0, seen by a distant camera.
 fn seen(
     surroundings: &Surroundings,
     textures: Vec<Texture>,
@@ -291,7 +291,7 @@ fn pictures_of_layers_are_their_factors() {
     }
 }
 
-/// A square of glass before a matt grey one that fills the left half of the picture, in even light: what is seen of both halves.
+/// The colours of two pixels of a square of glass in even light: one before an unlit square, one before nothing.
 fn through_glass(physical: Physical, base: [f32; 4], background: [f32; 3]) -> [[f64; 4]; 2] {
     let at = |depth: f32, [left, right]: [f32; 2]| {
         [[left, -8.0], [right, -8.0], [right, 8.0], [left, 8.0]].map(|[x, y]| [x, y, depth])
@@ -360,7 +360,7 @@ fn glass_shows_what_lies_behind_in_its_colour() {
         };
         let [before_grey, before_nothing] = through_glass(physical, base, background);
         for k in 0..3 {
-            // In even light along the normal 0.04 comes back at once; what is left passes, or scatters.
+            // Along the normal the surface reflects 0.04 of even light; the rest passes through it or scatters below it.
             let amount = f64::from(amount);
             let colour = f64::from(base[k]) * (1.0 - 0.04);
             let body = [0.25f64, 0.5, 1.0][k].powf(f64::from(thickness) / 4.0);

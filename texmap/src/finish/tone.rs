@@ -1,7 +1,7 @@
 //! Exposure and tone map: the light of a finished picture brought into the range of a screen.
 //!
-//! Takes linear premultiplied colour, gives the same; alpha stays. Both act on straight colour, so that an edge that is half covered has half of what the
-//! whole pixel has.
+//! Takes and gives linear premultiplied colour, and leaves alpha as it is. Both steps divide by alpha first, so that a half covered pixel shows half the light of
+//! a whole one.
 //! Source: Khronos PBR Neutral Tone Mapper, Khronos Group, 2024.
 
 use rayon::prelude::*;

@@ -1,6 +1,6 @@
 //! Layers above metal and paint, a clear coat and fibres; and the light that passes through paint instead of scattering.
 //!
-//! A coat is a smooth or rough dielectric with an index of refraction of 1.5; light below it is dimmed by what it reflects (glTF,
+//! A coat is a smooth or rough dielectric with an index of refraction of 1.5, and dims the light of the surface below by its own reflectance (glTF,
 //! `KHR_materials_clearcoat`). Fibres reflect by Charlie's distribution with the shadowing of Estevez and Kulla (2017), and dim what lies below by
 //! what they reflect of even light (`KHR_materials_sheen`). Suns are lit by the formulas; other light on fibres is taken as even as it
 //! is on a matt surface, for their lobe is as wide.
@@ -138,7 +138,7 @@ impl<S: Simd> SeenByLayers<'_, S> {
         let amount = load(&self.layers.coat);
         let mut even = EvenResponse::default();
         even.look(simd, environment, (widened, cosine), count);
-        let (scale, offset) = (load(&even.scale), load(&even.offset));
+        let (scale, offset) = even.of_even_light(simd);
         let directions = ([nx, ny, nz], mirrored);
         let (seen, lacking) =
             seen_in_lobe(simd, (environment, shaded), (&directions, &even), count);

@@ -280,6 +280,13 @@ pub(super) struct EvenResponse {
 }
 
 impl EvenResponse {
+    /// Scale and offset: of even light f0 times the one and f90 times the other come back.
+    #[inline(always)]
+    pub(super) fn of_even_light<S: Simd>(&self, simd: S) -> (f32x16<S>, f32x16<S>) {
+        let load = |lanes: &Lanes| f32x16::from_slice(simd, lanes);
+        (load(&self.scale), load(&self.offset))
+    }
+
     #[inline(always)]
     pub(super) fn look<S: Simd>(
         &mut self,

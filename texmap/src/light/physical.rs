@@ -14,10 +14,11 @@ use fearless_simd_macros::simd;
 use glam::Vec4;
 
 use crate::light::blocked::look::PixelLights;
+use crate::light::environment::Environment;
 use crate::light::layers::{LayerInputs, SeenByLayers};
 use crate::light::lobe::{
-    DIELECTRIC, EvenResponse, LEAST_COSINE, Shaded, Surrounding, add_suns, irradiance, load_3,
-    mirrored_at, seen_in_lobe,
+    DIELECTRIC, Directions, EvenResponse, LEAST_COSINE, Shaded, Surrounding, add_suns, irradiance,
+    load_3, mirrored_at, seen_in_lobe,
 };
 use crate::light::suns::LitSurface;
 use crate::screen::{LANES, Lanes};
@@ -117,81 +118,30 @@ fn reflect_of<S: Simd, const LAYERS: bool>(
     out: &mut [Vec4; LANES],
 ) {
     let environment = around.environment;
-    let splat = |x: f32| f32x16::splat(simd, x);
     let load = |lanes: &Lanes| f32x16::from_slice(simd, lanes);
-    let (zero, one) = (splat(0.0), splat(1.0));
-    let [nx, ny, nz] = load_3(simd, &inputs.normal);
-    let [vx, vy, vz] = load_3(simd, &inputs.eye);
-    let cosine = nx * vx + ny * vy + nz * vz;
-    let mirrored = mirrored_at([nx, ny, nz], [vx, vy, vz], cosine);
-    let cosine = cosine.max(splat(LEAST_COSINE)).min(one);
-    let variance = load(&inputs.variance);
-    let metal = load(&inputs.metal);
-    let base = load_3(simd, &inputs.base);
-    let with_metal = load_3(simd, &inputs.base_with_metal);
-    let (per_metal, metals) = colours_of_metal(simd, metal, &base, &with_metal);
-    let (lobes, count_of_lobes) = moments(simd, inputs, metal).lobes(simd);
-    let (paint_f0, paint_f90) = match LAYERS {
-        true => inputs.layers.paint(simd),
-        false => ([splat(DIELECTRIC); 3], one),
-    };
+    let place = Place::new(simd, inputs);
+    let footprint = Footprint::new::<LAYERS>(simd, inputs);
+    let (lobes, count_of_lobes) = moments(simd, inputs, footprint.metal).lobes(simd);
     let open = load(&inputs.open);
     let mut shaded = Shaded::new(simd, around, &mut inputs.pixels, count);
-    let mut mirror = [zero; 3];
+    let mut mirror = [f32x16::splat(simd, 0.0); 3];
     let mut once = SingleScattering::new(simd);
     for (number, lobe) in lobes[..count_of_lobes].iter().enumerate() {
-        let widened = environment
-            .reflectance
-            .widened(simd, lobe.roughness, variance);
         let mut even = EvenResponse::default();
-        even.look(simd, environment, (widened, cosine), count);
-        let scale = f32x16::from_slice(simd, &even.scale);
-        let offset = f32x16::from_slice(simd, &even.offset);
-        let directions = ([nx, ny, nz], mirrored);
+        let reflectance = &environment.reflectance;
+        let widened = reflectance.widened(simd, lobe.roughness, place.variance);
+        even.look(simd, environment, (widened, place.cosine), count);
         // Lobes of one footprint lie around one direction: the first is looked into for both.
         if number == 0 {
-            shaded.look_into_lobe(simd, &directions, &even, count);
+            shaded.look_into_lobe(simd, &place.directions(), &even, count);
         }
-        let (seen, lacking) =
-            seen_in_lobe(simd, (environment, &shaded), (&directions, &even), count);
-        once.add(lobe, (scale, offset), lobe.metal - metal);
-        let mut f0 = [zero; 3];
-        // Reflected at grazing angles.
-        let f90 = match LAYERS {
-            true => paint_f90 + (one - paint_f90) * lobe.metal,
-            false => one,
-        };
-        for k in 0..3 {
-            f0[k] = paint_f0[k] + (metals[k] - paint_f0[k]) * lobe.metal;
-            mirror[k] += (f0[k] * scale + f90 * offset) * seen[k] * lobe.weight;
-        }
-        let met = LitSurface {
-            normal: [nx, ny, nz],
-            eye: [vx, vy, vz],
-            cosine,
-            roughness: lobe.roughness,
-            variance,
-        };
-        add_suns(
-            simd,
-            (environment, &shaded),
-            (&met, lacking * lobe.weight),
-            (&f0, f90),
-            &mut mirror,
-        );
+        let light = (environment, &shaded);
+        once.add(lobe, even.of_even_light(simd), lobe.metal - footprint.metal);
+        footprint.add_lobe::<LAYERS>(simd, light, (&place, lobe, &even), count, &mut mirror);
     }
-    let mut even = [zero; 3];
-    let towards = ([nx, ny, nz], variance);
+    let mut even = [f32x16::splat(simd, 0.0); 3];
+    let towards = (place.normal, place.variance);
     irradiance(simd, (environment, &shaded), towards, count, &mut even);
-    let footprint = Footprint {
-        paint_f0,
-        paint_f90,
-        metal,
-        per_metal,
-        metals,
-        base,
-        with_metal,
-    };
     let glass = LAYERS.then(|| load(&inputs.layers.glass));
     let (further, mut through) = footprint.multiple_scattering(simd, &once, glass);
     let open = shaded.open(simd, (environment, open), towards, &even);
@@ -201,23 +151,53 @@ fn reflect_of<S: Simd, const LAYERS: bool>(
     if LAYERS {
         let seen = SeenByLayers {
             layers: &inputs.layers,
-            normal: [nx, ny, nz],
-            eye: [vx, vy, vz],
-            cosine,
+            normal: place.normal,
+            eye: place.eye,
+            cosine: place.cosine,
             open,
             even,
         };
-        seen.add(
-            simd,
-            (environment, &shaded),
-            count,
-            (&mut mirror, &mut through),
-        );
+        let light = (environment, &shaded);
+        seen.add(simd, light, count, (&mut mirror, &mut through));
         for (part, lanes) in through.iter().zip(&mut inputs.layers.through) {
             part.store_slice(lanes);
         }
     }
     store_colours(&mirror, &mut out[..count]);
+}
+
+/// How surfaces lie to the eye.
+struct Place<S: Simd> {
+    normal: [f32x16<S>; 3],
+    eye: [f32x16<S>; 3],
+    /// The direction to the eye, mirrored at the normal.
+    mirrored: [f32x16<S>; 3],
+    /// Between normal and eye.
+    cosine: f32x16<S>,
+    /// Mean square of the distance of normals from their mean.
+    variance: f32x16<S>,
+}
+
+impl<S: Simd> Place<S> {
+    #[inline(always)]
+    fn new(simd: S, inputs: &Inputs) -> Self {
+        let splat = |x: f32| f32x16::splat(simd, x);
+        let normal = load_3(simd, &inputs.normal);
+        let eye = load_3(simd, &inputs.eye);
+        let cosine = normal[0] * eye[0] + normal[1] * eye[1] + normal[2] * eye[2];
+        Self {
+            normal,
+            eye,
+            mirrored: mirrored_at(normal, eye, cosine),
+            cosine: cosine.max(splat(LEAST_COSINE)).min(splat(1.0)),
+            variance: f32x16::from_slice(simd, &inputs.variance),
+        }
+    }
+
+    #[inline(always)]
+    fn directions(&self) -> Directions<S> {
+        (self.normal, self.mirrored)
+    }
 }
 
 /// The moments of metal and roughness in each footprint.
@@ -278,6 +258,69 @@ struct Footprint<S: Simd> {
 }
 
 impl<S: Simd> Footprint<S> {
+    #[inline(always)]
+    fn new<const LAYERS: bool>(simd: S, inputs: &Inputs) -> Self {
+        let metal = f32x16::from_slice(simd, &inputs.metal);
+        let base = load_3(simd, &inputs.base);
+        let with_metal = load_3(simd, &inputs.base_with_metal);
+        let (per_metal, metals) = colours_of_metal(simd, metal, &base, &with_metal);
+        let (paint_f0, paint_f90) = match LAYERS {
+            true => inputs.layers.paint(simd),
+            false => (
+                [f32x16::splat(simd, DIELECTRIC); 3],
+                f32x16::splat(simd, 1.0),
+            ),
+        };
+        Self {
+            paint_f0,
+            paint_f90,
+            metal,
+            per_metal,
+            metals,
+            base,
+            with_metal,
+        }
+    }
+
+    /// Adds the light that a lobe reflects once.
+    #[inline(always)]
+    fn add_lobe<const LAYERS: bool>(
+        &self,
+        simd: S,
+        light: (&Environment, &Shaded<S>),
+        (place, lobe, even): (&Place<S>, &Lobe<S>, &EvenResponse),
+        count: usize,
+        mirror: &mut [f32x16<S>; 3],
+    ) {
+        let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
+        let (scale, offset) = even.of_even_light(simd);
+        let (seen, lacking) = seen_in_lobe(simd, light, (&place.directions(), even), count);
+        let mut f0 = [zero; 3];
+        // Reflected at grazing angles.
+        let f90 = match LAYERS {
+            true => self.paint_f90 + (one - self.paint_f90) * lobe.metal,
+            false => one,
+        };
+        for k in 0..3 {
+            f0[k] = self.paint_f0[k] + (self.metals[k] - self.paint_f0[k]) * lobe.metal;
+            mirror[k] += (f0[k] * scale + f90 * offset) * seen[k] * lobe.weight;
+        }
+        let met = LitSurface {
+            normal: place.normal,
+            eye: place.eye,
+            cosine: place.cosine,
+            roughness: lobe.roughness,
+            variance: place.variance,
+        };
+        add_suns(
+            simd,
+            light,
+            (&met, lacking * lobe.weight),
+            (&f0, f90),
+            mirror,
+        );
+    }
+
     /// The shares of even light that bounce between facets, or scatter below the surface, before they leave; and those that pass
     /// through the surface instead, as much as `glass` of them. Without it paint reflects alike in all colours.
     #[inline(always)]

@@ -179,7 +179,7 @@ impl Browser {
         assert_eq!(found, true, "the button {text}");
     }
 
-    /// The command that the page copies for what it shows.
+    /// The command line that the page copies, which draws its picture.
     pub(super) fn copied(&mut self) -> String {
         self.press("copy command");
         self.wait("Boolean(document.querySelector('#dialog pre'))");

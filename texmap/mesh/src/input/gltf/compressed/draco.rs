@@ -1,6 +1,6 @@
 //! Primitives compressed by Draco.
 //!
-//! Takes each primitive that names a stream, gives it accessors of its own over what the crate `draco-core` decodes. Numbers
+//! Takes each primitive that names a stream and gives it new accessors, which read the numbers that the crate `draco-core` decodes. Numbers
 //! have the type that the primitive's accessor names; a primitive's triangles become a list.
 //! Source: `KHR_draco_mesh_compression`, Khronos Group; Draco bitstream 2.2.
 

@@ -1,8 +1,8 @@
 //! Compressed geometry: unpacked when a document is opened, so that every other part reads plain accessors.
 //!
 //! Takes a document and its buffers; each view that meshopt compressed then lies in a buffer of its own, and each primitive that
-//! Draco compressed has accessors of its own. What the file promises is held against the memory that may be used before it is
-//! unpacked.
+//! Draco compressed has accessors of its own. The decoded size is checked against the memory limit before anything is
+//! decoded.
 //! Source: `EXT_meshopt_compression`, `KHR_meshopt_compression` and `KHR_draco_mesh_compression`, Khronos Group.
 
 #[cfg(feature = "compressed")]
@@ -22,7 +22,7 @@ pub(super) const MESHOPT: [&str; 2] = ["EXT_meshopt_compression", "KHR_meshopt_c
 /// The name of Draco's extension.
 pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
 
-/// Unpacks what is compressed; `file_bytes` is the size of the file and of those beside it.
+/// Decodes compressed buffer views and primitives; `file_bytes` is the size of the file and of its external buffers.
 pub(super) fn unpack(
     root: &mut Root,
     buffers: &mut Vec<Vec<u8>>,

@@ -10,7 +10,7 @@ pub(super) struct Room<'a> {
 }
 
 impl<'a> Room<'a> {
-    /// Room for what a file of so many bytes, with those beside it, unpacks to.
+    /// The memory limit for decoding a file of `file_bytes`, external buffers included.
     pub(super) fn new(file_bytes: u64, gate: &'a Gate) -> Self {
         Self {
             unpacked: 0,

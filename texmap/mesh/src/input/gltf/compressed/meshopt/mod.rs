@@ -35,7 +35,7 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// Refuses what no stream has, before memory is taken. Gives the bytes that the elements take.
+    /// The size of the decoded elements, bytes. An error for a layout that the format does not allow; nothing is allocated yet.
     pub(super) fn bytes(&self) -> Result<usize, String> {
         let Self { count, stride, .. } = *self;
         match self.mode {
