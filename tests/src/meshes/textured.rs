@@ -3,10 +3,11 @@
 //! Gives [`Scene`]s with one material per texture, unlit and opaque unless a test changes them.
 
 use glam::{DMat2, DVec2, DVec3};
-use texmap::Scene;
+use resample_core::{Camera, LookAt};
 use texmap::scene::{
     AlphaMode, Lighting, Magnify, Material, Mesh, Sides, Texels, Texture, TextureUse, Wrap,
 };
+use texmap::{RenderOptions, Renderer, Scene};
 
 /// Straight alpha and linear colour of a texel by column and row.
 pub fn texture(size: [usize; 2], colour: impl Fn(usize, usize) -> [f32; 4]) -> Texture {
@@ -191,4 +192,17 @@ pub fn trefoil(texture: Texture, repeats: f32) -> Scene {
         textures: vec![texture],
         ..Scene::default()
     }
+}
+
+/// The colour in the middle of a picture of 4 units around the origin, seen by a distant camera: red, green, blue, alpha.
+pub fn seen_from_afar(scene: &Scene, eye: DVec3) -> [f64; 4] {
+    let pose = LookAt {
+        position: eye * 50.0,
+        target: DVec3::ZERO,
+        up: DVec3::Y,
+    };
+    let camera = Camera::orthographic(&pose, 4.0, [8, 8]).expect("a pose with a direction");
+    let mut renderer = Renderer::new(scene, &RenderOptions::default()).expect("good options");
+    let image = renderer.render(&camera).expect("a valid camera").image;
+    image.pixel(4, 4).map(f64::from)
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use resample_core::{Camera, LookAt};
 use resample_tests::meshes::surroundings::{Above, Reflector, lamps, reflected_through};
-use resample_tests::meshes::textured::{material, quad, texture_use};
+use resample_tests::meshes::textured::{material, quad, seen_from_afar, texture_use};
 use texmap::scene::{
     Coat, CoatNormals, Dielectric, Lighting, Material, Physical, Sheen, Surroundings, Texels,
     Texture, Wrap,
@@ -36,15 +36,7 @@ fn seen(
         surroundings: Some(Arc::new(surroundings.clone())),
         ..Scene::default()
     };
-    let pose = LookAt {
-        position: eye * 50.0,
-        target: DVec3::ZERO,
-        up: DVec3::Y,
-    };
-    let camera = Camera::orthographic(&pose, 4.0, [8, 8]).expect("a pose with a direction");
-    let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("good options");
-    let image = renderer.render(&camera).expect("a valid camera").image;
-    let [r, g, b, _] = image.pixel(4, 4).map(f64::from);
+    let [r, g, b, _] = seen_from_afar(&scene, eye);
     DVec3::new(r, g, b)
 }
 
@@ -412,18 +404,7 @@ fn glass_without_light_of_surroundings_is_thin() {
         materials: vec![material],
         ..Scene::default()
     };
-    let pose = LookAt {
-        position: DVec3::Z * 50.0,
-        target: DVec3::ZERO,
-        up: DVec3::Y,
-    };
-    let camera = Camera::orthographic(&pose, 4.0, [8, 8]).expect("a pose with a direction");
-    let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("good options");
-    let [.., alpha] = renderer
-        .render(&camera)
-        .expect("a valid camera")
-        .image
-        .pixel(4, 4);
+    let [.., alpha] = seen_from_afar(&scene, DVec3::Z);
     assert!((alpha - 0.55).abs() < 1e-4, "{alpha}");
 }
 

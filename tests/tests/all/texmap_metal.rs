@@ -4,11 +4,10 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use resample_core::{Camera, LookAt};
 use resample_tests::meshes::surroundings::{Reflector, lamps, reflected};
-use resample_tests::meshes::textured::{material, quad, texture_use};
+use resample_tests::meshes::textured::{material, quad, seen_from_afar, texture_use};
+use texmap::Scene;
 use texmap::scene::{Lighting, Material, Physical, Surroundings, Texels, Texture, Wrap};
-use texmap::{RenderOptions, Renderer, Scene};
 
 /// Even light from all sides.
 fn white() -> Surroundings {
@@ -41,15 +40,7 @@ fn seen(
         surroundings: Some(Arc::new(surroundings.clone())),
         ..Scene::default()
     };
-    let pose = LookAt {
-        position: eye * 50.0,
-        target: DVec3::ZERO,
-        up: DVec3::Y,
-    };
-    let camera = Camera::orthographic(&pose, 4.0, [8, 8]).expect("a pose with a direction");
-    let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("good options");
-    let image = renderer.render(&camera).expect("a valid camera").image;
-    let [r, g, b, _] = image.pixel(4, 4).map(f64::from);
+    let [r, g, b, _] = seen_from_afar(&scene, eye);
     DVec3::new(r, g, b)
 }
 

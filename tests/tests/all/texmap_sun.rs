@@ -4,11 +4,10 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use glam::{DQuat, DVec2, DVec3};
-use resample_core::{Camera, LookAt};
 use resample_tests::meshes::surroundings::{Reflector, of_small_light};
-use resample_tests::meshes::textured::{material, quad, texture_use};
+use resample_tests::meshes::textured::{material, quad, seen_from_afar, texture_use};
+use texmap::Scene;
 use texmap::scene::{Lighting, Material, Physical, Surroundings, Texels, Texture, Wrap};
-use texmap::{RenderOptions, Renderer, Scene};
 
 /// Radius of the sun.
 const RADIUS: f64 = 0.009;
@@ -91,15 +90,7 @@ fn seen_under(sky: Surroundings, eye: DVec3, roughness: f64, bumps: Option<&Text
         surroundings: Some(Arc::new(sky)),
         ..Scene::default()
     };
-    let pose = LookAt {
-        position: eye * 50.0,
-        target: DVec3::ZERO,
-        up: DVec3::Y,
-    };
-    let camera = Camera::orthographic(&pose, 4.0, [8, 8]).expect("a pose with a direction");
-    let mut renderer = Renderer::new(&scene, &RenderOptions::default()).expect("good options");
-    let image = renderer.render(&camera).expect("a valid camera").image;
-    image.pixel(4, 4)[0].into()
+    seen_from_afar(&scene, eye)[0]
 }
 
 /// The mean over the sun's disc.
