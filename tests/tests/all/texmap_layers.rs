@@ -193,6 +193,13 @@ fn pictures_of_layers_are_their_factors() {
         even_picture([0, 51, 0, 255]),
         even_picture([188, 128, 188, 153]),
         even_picture([0, 0, 0, 204]),
+        // As large as no other, so that its mean counts.
+        Texture {
+            width: 2,
+            height: 1,
+            texels: Texels::Srgb8(Arc::new(vec![[0, 51, 0, 102], [0, 153, 0, 204]])),
+            ..even_picture([0; 4])
+        },
     ];
     let coat = |amount, roughness, amount_texture, roughness_texture| Coat {
         amount,
@@ -231,6 +238,19 @@ fn pictures_of_layers_are_their_factors() {
         (
             of_coat(coat(0.5, 1.0, picture(0), picture(1))),
             of_coat(coat(0.5 * share(102), share(51), None, None)),
+        ),
+        (
+            of_coat(coat(1.0, 1.0, picture(0), picture(4))),
+            of_coat(coat(share(102), share(102), None, None)),
+        ),
+        (
+            of_sheen(sheen([0.5; 3], 1.0, picture(2), picture(4))),
+            of_sheen(sheen(
+                [0.5 * light, 0.5 * dark, 0.5 * light],
+                share(153),
+                None,
+                None,
+            )),
         ),
         (
             of_sheen(sheen([1.0; 3], 0.5, picture(2), None)),

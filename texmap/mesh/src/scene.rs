@@ -6,6 +6,8 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DMat2, DVec2, DVec3};
+use resample_core::image::srgb_from_linear;
+use resample_core::narrow;
 
 /// Everything that a file shows.
 #[derive(Clone, Debug, Default)]
@@ -386,6 +388,35 @@ pub struct Texture {
 }
 
 impl Texture {
+    /// The mean of a channel, 0 to 3, in the numbers of the file: codes of red, green and blue, straight alpha, 0 to 1.
+    ///
+    /// ```
+    /// use resample_mesh::scene::{Texels, Texture};
+    ///
+    /// let texture = Texture {
+    ///     name: "half".to_owned(),
+    ///     width: 2,
+    ///     height: 1,
+    ///     texels: Texels::Srgb8(vec![[0, 255, 51, 255], [0, 0, 51, 255]].into()),
+    /// };
+    /// assert_eq!([0, 1, 2, 3].map(|channel| texture.mean(channel)), [0.0, 0.5, 0.2, 1.0]);
+    /// ```
+    pub fn mean(&self, channel: usize) -> f32 {
+        let sum: f64 = match &self.texels {
+            Texels::Srgb8(texels) => {
+                let codes: u64 = texels.iter().map(|texel| u64::from(texel[channel])).sum();
+                codes as f64 / 255.0
+            }
+            // Pictures of 16 bits were taken for sRGB when they were read; alpha never is.
+            Texels::LinearF32(texels) if channel < 3 => {
+                let code = |texel: &[f32; 4]| f64::from(srgb_from_linear(texel[channel]));
+                texels.iter().map(code).sum()
+            }
+            Texels::LinearF32(texels) => texels.iter().map(|texel| f64::from(texel[3])).sum(),
+        };
+        narrow::single(sum / (self.width * self.height) as f64)
+    }
+
     /// The memory that its texels take, bytes.
     ///
     /// ```

@@ -4,9 +4,7 @@
 //! large, they become one with the numbers of both. Limits: where they do not, the second counts by its mean.
 
 use glam::Vec3;
-use resample_core::image::srgb_from_linear;
-use resample_core::narrow;
-use resample_mesh::scene::{CoatNormals, Glass, Physical, Scene, Texels, TextureUse};
+use resample_mesh::scene::{CoatNormals, Glass, Physical, Scene, TextureUse};
 
 use crate::prepare::texel_use::{TexelUse, Used};
 
@@ -45,8 +43,8 @@ pub(crate) struct Shares {
 pub(crate) struct LayerPicture {
     pub(crate) used: Used,
     shares: Shares,
-    /// The mean of the second picture, where it could not be joined.
-    second_mean: f32,
+    /// The second picture and its channel, where it could not be joined.
+    apart: Option<(TextureUse, usize)>,
 }
 
 impl Layers {
@@ -61,9 +59,12 @@ impl Layers {
             return None;
         }
         let finished = |layer: Option<LayerPicture>| {
-            layer.map_or((Shares::default(), 1.0), |layer| {
-                (layer.shares, layer.second_mean)
-            })
+            let shares = layer
+                .as_ref()
+                .map_or(Shares::default(), |layer| layer.shares);
+            let apart = layer.and_then(|layer| layer.apart);
+            let mean = apart.map(|(used, channel)| scene.textures[used.texture].mean(channel));
+            (shares, mean.unwrap_or(1.0))
         };
         let (reflection, specular_mean) = finished(reflection(scene, physical));
         let (coated, coat_mean) = finished(coat(scene, physical));
@@ -173,26 +174,6 @@ fn joined(
             has_first: first.is_some(),
             has_second: with_second.is_some(),
         },
-        second_mean: apart.map_or(1.0, |(_, second)| mean(scene, second, channel)),
+        apart: apart.map(|(_, second)| (second, channel)),
     })
-}
-
-/// The mean of a channel of a picture.
-fn mean(scene: &Scene, used: TextureUse, channel: usize) -> f32 {
-    let sum: f64 = match &scene.textures[used.texture].texels {
-        Texels::Srgb8(texels) => texels
-            .iter()
-            .map(|texel| f64::from(texel[channel]) / 255.0)
-            .sum(),
-        // Pictures of 16 bits were taken for sRGB when they were read; alpha never is.
-        Texels::LinearF32(texels) => texels
-            .iter()
-            .map(|texel| match channel {
-                3 => f64::from(texel[3]),
-                _ => f64::from(srgb_from_linear(texel[channel])),
-            })
-            .sum(),
-    };
-    let picture = &scene.textures[used.texture];
-    narrow::single(sum / (picture.width * picture.height) as f64)
 }

@@ -443,7 +443,6 @@ fn reflect_batch<S: Simd>(
         }
     }
     take_normals(maps, batch.count, texels, inputs);
-    inputs.layers.used = physical.layers.is_some();
     turn_normals(tile, simd, (surface, maps, batch), inputs);
     if let Some(layers) = &physical.layers
         && layers.coat_normals == CoatNormals::AsBelow

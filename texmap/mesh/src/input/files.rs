@@ -6,7 +6,6 @@
 
 use std::path::{Path, PathBuf};
 
-use resample_core::narrow;
 use resample_io::whole_picture::{self, ImageFormat, Pixels, WholePicture};
 use resample_io::{Gate, Part, colour};
 
@@ -204,20 +203,9 @@ impl Pictures {
         Ok(self.textures.len() - 1)
     }
 
-    /// The mean alpha of a picture.
-    pub(crate) fn mean_alpha(&self, place: usize) -> f32 {
-        let texels = &self.textures[place].texels;
-        let (sum, count): (f64, usize) = match texels {
-            Texels::Srgb8(texels) => {
-                let codes: u64 = texels.iter().map(|texel| u64::from(texel[3])).sum();
-                (codes as f64 / 255.0, texels.len())
-            }
-            Texels::LinearF32(texels) => (
-                texels.iter().map(|texel| f64::from(texel[3])).sum(),
-                texels.len(),
-            ),
-        };
-        narrow::single(sum / count.max(1) as f64)
+    /// A picture by its place.
+    pub(crate) fn get(&self, place: usize) -> &Texture {
+        &self.textures[place]
     }
 
     /// The pictures, each at its place.

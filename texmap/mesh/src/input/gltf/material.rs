@@ -256,7 +256,7 @@ impl<'a> Materials<'a> {
         let info: Option<Info> = info.transpose().map_err(broken)?;
         let wanted = info.filter(|_| self.light_maps != LightMaps::LeftOut);
         let colour_texture = self.texture_use(wanted.as_ref(), notes)?;
-        let mean = colour_texture.map(|used| self.textures.mean_alpha(used.texture));
+        let mean = colour_texture.map(|used| self.textures.get(used.texture).mean(3));
         if mean.is_some() {
             notes.say(GLOSSINESS.to_owned());
         }
