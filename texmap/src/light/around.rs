@@ -52,30 +52,17 @@ pub(crate) struct LookUps {
 
 impl LookUps {
     #[inline(always)]
-    pub(super) fn new<S: Simd>(
-        simd: S,
-        [dx, dy, dz]: &[f32x16<S>; 3],
-        roughness: f32x16<S>,
-    ) -> Self {
-        let splat = |v: f32| f32x16::splat(simd, v);
-        let (zero, one, half) = (splat(0.0), splat(1.0), splat(0.5));
-        let size = one / (dx.abs() + dy.abs() + dz.abs());
-        let (x, z) = (*dx * size, *dz * size);
-        let (x_side, z_side) = (
-            x.simd_ge(zero).select(one, splat(-1.0)),
-            z.simd_ge(zero).select(one, splat(-1.0)),
-        );
-        let upper = dy.simd_ge(zero);
-        let across = upper.select(x, (one - z.abs()) * x_side);
-        let down = upper.select(z, (one - x.abs()) * z_side);
+    pub(super) fn new<S: Simd>(simd: S, directions: &[f32x16<S>; 3], roughness: f32x16<S>) -> Self {
+        let [x, y] = places_on_square(simd, directions);
+        let last = f32x16::splat(simd, (LEVELS - 1) as f32);
         let mut looks = Self {
             x: [0.0; LANES],
             y: [0.0; LANES],
             level: [0.0; LANES],
         };
-        (across * half + half).store_slice(&mut looks.x);
-        (down * half + half).store_slice(&mut looks.y);
-        (roughness * splat((LEVELS - 1) as f32)).store_slice(&mut looks.level);
+        x.store_slice(&mut looks.x);
+        y.store_slice(&mut looks.y);
+        (roughness * last).store_slice(&mut looks.level);
         looks
     }
 
@@ -91,6 +78,23 @@ impl LookUps {
     }
 }
 
+/// Where directions of any length lie on the octahedral square, 0..=1 along both sides.
+#[inline(always)]
+fn places_on_square<S: Simd>(simd: S, [dx, dy, dz]: &[f32x16<S>; 3]) -> [f32x16<S>; 2] {
+    let splat = |v: f32| f32x16::splat(simd, v);
+    let (zero, one, half) = (splat(0.0), splat(1.0), splat(0.5));
+    let size = one / (dx.abs() + dy.abs() + dz.abs());
+    let (x, z) = (*dx * size, *dz * size);
+    let (x_side, z_side) = (
+        x.simd_ge(zero).select(one, splat(-1.0)),
+        z.simd_ge(zero).select(one, splat(-1.0)),
+    );
+    let upper = dy.simd_ge(zero);
+    let across = upper.select(x, (one - z.abs()) * x_side);
+    let down = upper.select(z, (one - x.abs()) * z_side);
+    [across * half + half, down * half + half]
+}
+
 /// The radiance of the surroundings.
 #[inline(always)]
 pub(super) fn look_around<S: Simd>(
@@ -102,6 +106,10 @@ pub(super) fn look_around<S: Simd>(
 ) {
     let level = f32x16::from_slice(simd, &at.level);
     let first = level.floor().min(f32x16::splat(simd, (LEVELS - 2) as f32));
+    let place = [
+        f32x16::from_slice(simd, &at.x),
+        f32x16::from_slice(simd, &at.y),
+    ];
     let mut shares = [0.0; LANES];
     (level - first).store_slice(&mut shares);
     let levels: i32x16<S> = first.to_int_precise();
@@ -111,7 +119,7 @@ pub(super) fn look_around<S: Simd>(
         starts[lane] = blurred.starts[level];
         sides[lane] = blurred.sides[level];
     }
-    let places = MapTaps::new(simd, (&starts, &sides), at);
+    let places = MapTaps::new(simd, (&starts, &sides), place);
     for lane in 0..count {
         let place = (places.place[lane] as usize, places.stride[lane] as usize);
         let shares_of_texels = [places.right[lane], places.lower[lane]];
@@ -120,6 +128,29 @@ pub(super) fn look_around<S: Simd>(
         out[0][lane] = radiance[0];
         out[1][lane] = radiance[1];
         out[2][lane] = radiance[2];
+    }
+}
+
+/// Adds the radiance of one map and of the next one, each times a weight.
+#[inline(always)]
+pub(super) fn add_from_level<S: Simd>(
+    simd: S,
+    (blurred, level): (&Blurred, usize),
+    towards: &[f32x16<S>; 3],
+    [of_level, of_next]: [f32; 2],
+    sums: &mut [f32x4<S>; LANES],
+) {
+    let (starts, sides) = (
+        [blurred.starts[level]; LANES],
+        [blurred.sides[level]; LANES],
+    );
+    let places = MapTaps::new(simd, (&starts, &sides), places_on_square(simd, towards));
+    let (of_level, of_next) = (f32x4::splat(simd, of_level), f32x4::splat(simd, of_next));
+    for (lane, sum) in sums.iter_mut().enumerate() {
+        let place = (places.place[lane] as usize, places.stride[lane] as usize);
+        let shares_of_texels = [places.right[lane], places.lower[lane]];
+        let (near, far) = four(simd, &blurred.pairs, place, shares_of_texels).split();
+        *sum = far.mul_add(of_next, near.mul_add(of_level, *sum));
     }
 }
 
@@ -135,11 +166,14 @@ struct MapTaps {
 
 impl MapTaps {
     #[inline(always)]
-    fn new<S: Simd>(simd: S, (starts, sides): (&[i32; LANES], &Lanes), at: &LookUps) -> Self {
+    fn new<S: Simd>(
+        simd: S,
+        (starts, sides): (&[i32; LANES], &Lanes),
+        [x, y]: [f32x16<S>; 2],
+    ) -> Self {
         let half = f32x16::splat(simd, 0.5);
         let side = f32x16::from_slice(simd, sides);
-        let x = f32x16::from_slice(simd, &at.x) * side + half;
-        let y = f32x16::from_slice(simd, &at.y) * side + half;
+        let (x, y) = (x * side + half, y * side + half);
         let (column, row) = (x.floor().min(side), y.floor().min(side));
         let stride = side + f32x16::splat(simd, 2.0);
         let mut new = Self {

@@ -140,8 +140,7 @@ impl<S: Simd> SeenByLayers<'_, S> {
         even.look(simd, environment, (widened, cosine), count);
         let (scale, offset) = even.of_even_light(simd);
         let directions = ([nx, ny, nz], mirrored);
-        let (seen, lacking) =
-            seen_in_lobe(simd, (environment, shaded), (&directions, &even), count);
+        let (seen, looks) = seen_in_lobe(simd, (environment, shaded), (&directions, &even), count);
         let met = LitSurface {
             normal: [nx, ny, nz],
             eye: self.eye,
@@ -154,7 +153,7 @@ impl<S: Simd> SeenByLayers<'_, S> {
         add_suns(
             simd,
             (environment, shaded),
-            (&met, lacking),
+            (&met, &looks, f32x16::splat(simd, 1.0)),
             (&[f0; 3], one),
             &mut of_suns,
         );

@@ -13,9 +13,9 @@ use crate::light::around::{LEVELS, LookUps, four, look_around};
 use crate::light::blocked::BlockedLight;
 use crate::light::blocked::look::PixelLights;
 use crate::light::blocked::place::PlaceLight;
-use crate::light::environment::{Environment, WITHOUT_SUNS};
+use crate::light::environment::Environment;
 use crate::light::reflectance;
-use crate::light::suns::{LitSurface, MOST};
+use crate::light::suns::{LitSurface, MOST, Sun};
 use crate::screen::{LANES, Lanes};
 
 /// The reflectance of a dielectric at normal incidence: an index of refraction of 1.5.
@@ -42,20 +42,21 @@ pub(super) fn mirrored_at<S: Simd>(
     [nx * twice - vx, ny * twice - vy, nz * twice - vz]
 }
 
-/// Adds the light of the suns, as far as the looks around of this lobe lack them.
+/// Adds the light of the suns to a lobe of a weight, as far as its looks around lack them.
 #[inline(always)]
 pub(super) fn add_suns<S: Simd>(
     simd: S,
     (environment, shaded): (&Environment, &Shaded<S>),
-    (met, lacking): (&LitSurface<S>, f32x16<S>),
+    (met, looks, weight): (&LitSurface<S>, &LookedAt<S>, f32x16<S>),
     (f0, f90): (&[f32x16<S>; 3], f32x16<S>),
     mirror: &mut [f32x16<S>; 3],
 ) {
     let splat = |x: f32| f32x16::splat(simd, x);
     for (sun, visible) in environment.suns.iter().zip(&shaded.suns) {
         let [plain, fresnel] = met.lit_by(simd, sun);
+        let share = looks.lack(simd, sun) * weight * *visible;
         for k in 0..3 {
-            let light = splat(sun.power[k]) * lacking * *visible;
+            let light = splat(sun.power[k]) * share;
             mirror[k] += (f0[k] * (plain - fresnel) + f90 * fresnel) * light;
         }
     }
@@ -64,17 +65,36 @@ pub(super) fn add_suns<S: Simd>(
 /// The normal and the mirrored eye.
 pub(super) type Directions<S> = ([f32x16<S>; 3], [f32x16<S>; 3]);
 
-/// The radiance that a lobe sees in two looks around, and how much of the suns these lack.
+/// The levels of two looks around.
+pub(super) struct LookedAt<S: Simd> {
+    levels: [f32x16<S>; 2],
+    part_of_second: f32x16<S>,
+}
+
+impl<S: Simd> LookedAt<S> {
+    /// How much of a sun both lack.
+    #[inline(always)]
+    fn lack(&self, simd: S, sun: &Sun) -> f32x16<S> {
+        let splat = |x: f32| f32x16::splat(simd, x);
+        let (zero, one, whole) = (splat(0.0), splat(1.0), splat((sun.first_level - 1) as f32));
+        let first = (self.levels[0] - whole).max(zero).min(one);
+        let second = (self.levels[1] - whole).max(zero).min(one);
+        (second - first) * self.part_of_second + first
+    }
+}
+
+/// The radiance that a lobe sees in two looks around.
 #[inline(always)]
 pub(super) fn seen_in_lobe<S: Simd>(
     simd: S,
     (environment, shaded): (&Environment, &Shaded<S>),
     ((normal, mirrored), even): (&Directions<S>, &EvenResponse),
     count: usize,
-) -> ([f32x16<S>; 3], f32x16<S>) {
+) -> ([f32x16<S>; 3], LookedAt<S>) {
     let zero = f32x16::splat(simd, 0.0);
+    let last = f32x16::splat(simd, (LEVELS - 1) as f32);
     let mut seen = [[[0.0; LANES]; 3]; 2];
-    let mut lacking = [zero; 2];
+    let mut levels = [zero; 2];
     // No closure around what is called here: it would lose the vectors' instructions.
     for look in 0..2 {
         let turn = f32x16::from_slice(simd, &even.turn[look]);
@@ -83,10 +103,10 @@ pub(super) fn seen_in_lobe<S: Simd>(
             normal[1] + (mirrored[1] - normal[1]) * turn,
             normal[2] + (mirrored[2] - normal[2]) * turn,
         ];
-        let level = f32x16::from_slice(simd, &even.lobe[look]);
-        let at = LookUps::new(simd, &towards, level);
+        let roughness = f32x16::from_slice(simd, &even.lobe[look]);
+        let at = LookUps::new(simd, &towards, roughness);
         look_around(simd, &environment.blurred, &at, count, &mut seen[look]);
-        lacking[look] = lacks_suns(simd, level);
+        levels[look] = roughness * last;
     }
     let second = f32x16::from_slice(simd, &even.part_of_second);
     let mut radiance = [zero; 3];
@@ -95,15 +115,11 @@ pub(super) fn seen_in_lobe<S: Simd>(
         let other = f32x16::from_slice(simd, &seen[1][k]);
         *sum = ((other - one) * second + one) * shaded.lobe;
     }
-    (radiance, (lacking[1] - lacking[0]) * second + lacking[0])
-}
-
-/// How much of the suns a look around at a roughness lacks.
-#[inline(always)]
-fn lacks_suns<S: Simd>(simd: S, roughness: f32x16<S>) -> f32x16<S> {
-    let splat = |x: f32| f32x16::splat(simd, x);
-    let lacking = roughness * splat((LEVELS - 1) as f32) - splat((WITHOUT_SUNS - 1) as f32);
-    lacking.max(splat(0.0)).min(splat(1.0))
+    let looked = LookedAt {
+        levels,
+        part_of_second: second,
+    };
+    (radiance, looked)
 }
 
 /// Three numbers of each place.
@@ -193,9 +209,11 @@ impl<'a, S: Simd> Shaded<'a, S> {
         }
         let mut all = [f32x16::splat(simd, 0.0); 3];
         let basis = softened_basis(simd, normal, variance);
-        for (part, light) in basis.iter().zip(&environment.irradiance) {
-            for (sum, light) in all.iter_mut().zip(light.to_array()) {
-                *sum += *part * f32x16::splat(simd, light);
+        sum_harmonics(simd, &basis, environment, &mut all);
+        for sun in &environment.suns {
+            let part = sun.mean_cosine(simd, &normal, variance);
+            for (sum, power) in all.iter_mut().zip(sun.power.to_array()) {
+                *sum += part * f32x16::splat(simd, power / PI);
             }
         }
         let least = f32x16::splat(simd, 1e-6);
@@ -238,8 +256,7 @@ pub(super) fn irradiance<S: Simd>(
     count: usize,
     out: &mut [f32x16<S>; 3],
 ) {
-    let splat = |v: f32| f32x16::splat(simd, v);
-    let zero = splat(0.0);
+    let zero = f32x16::splat(simd, 0.0);
     let basis = softened_basis(simd, normal, variance);
     if let Some((_, pixels)) = &shaded.pixels {
         let mut by_lane = [[0.0; LANES]; 9];
@@ -247,24 +264,43 @@ pub(super) fn irradiance<S: Simd>(
             function.store_slice(lanes);
         }
         pixels.irradiance(simd, &by_lane, count, out);
-        for (sun, visible) in environment.suns.iter().zip(&shaded.suns) {
-            let [x, y, z] = sun.direction.to_array();
-            let cosine = normal[0] * splat(x) + normal[1] * splat(y) + normal[2] * splat(z);
-            let part = cosine.max(zero) * *visible * splat(1.0 / PI);
-            for (sum, power) in out.iter_mut().zip(sun.power.to_array()) {
-                *sum += part * splat(power);
-            }
+    } else {
+        sum_harmonics(simd, &basis, environment, out);
+        for sum in out.iter_mut() {
+            *sum = sum.max(zero);
         }
-        return;
     }
+    add_matt_suns(simd, (environment, shaded), (normal, variance), out);
+}
+
+/// Adds irradiance over pi of all light but the suns'.
+#[inline(always)]
+fn sum_harmonics<S: Simd>(
+    simd: S,
+    basis: &[f32x16<S>; 9],
+    environment: &Environment,
+    out: &mut [f32x16<S>; 3],
+) {
     for (part, light) in basis.iter().zip(&environment.irradiance) {
-        let [r, g, b] = light.to_array();
-        out[0] = part.mul_add(splat(r), out[0]);
-        out[1] = part.mul_add(splat(g), out[1]);
-        out[2] = part.mul_add(splat(b), out[2]);
+        for (sum, light) in out.iter_mut().zip(light.to_array()) {
+            *sum = part.mul_add(f32x16::splat(simd, light), *sum);
+        }
     }
-    for sum in out {
-        *sum = sum.max(zero);
+}
+
+/// Adds irradiance over pi of the suns.
+#[inline(always)]
+fn add_matt_suns<S: Simd>(
+    simd: S,
+    (environment, shaded): (&Environment, &Shaded<S>),
+    (normal, variance): ([f32x16<S>; 3], f32x16<S>),
+    out: &mut [f32x16<S>; 3],
+) {
+    for (sun, visible) in environment.suns.iter().zip(&shaded.suns) {
+        let part = sun.mean_cosine(simd, &normal, variance) * *visible;
+        for (sum, power) in out.iter_mut().zip(sun.power.to_array()) {
+            *sum += part * f32x16::splat(simd, power / PI);
+        }
     }
 }
 

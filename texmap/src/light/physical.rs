@@ -294,7 +294,7 @@ impl<S: Simd> Footprint<S> {
     ) {
         let (zero, one) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, 1.0));
         let (scale, offset) = even.of_even_light(simd);
-        let (seen, lacking) = seen_in_lobe(simd, light, (&place.directions(), even), count);
+        let (seen, looks) = seen_in_lobe(simd, light, (&place.directions(), even), count);
         let mut f0 = [zero; 3];
         // Reflected at grazing angles.
         let f90 = match LAYERS {
@@ -312,13 +312,7 @@ impl<S: Simd> Footprint<S> {
             roughness: lobe.roughness,
             variance: place.variance,
         };
-        add_suns(
-            simd,
-            light,
-            (&met, lacking * lobe.weight),
-            (&f0, f90),
-            mirror,
-        );
+        add_suns(simd, light, (&met, &looks, lobe.weight), (&f0, f90), mirror);
     }
 
     /// The shares of even light that bounce between facets, or scatter below the surface, before they leave; and those that pass

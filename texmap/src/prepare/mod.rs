@@ -180,7 +180,8 @@ impl Prepared {
         prepared.environment = is_lit.then(|| {
             let picture = scene.surroundings.as_deref();
             let turn_rad = options.environment_turn_deg.to_radians() as f32;
-            Arc::new(Environment::new(picture, turn_rad, options.shadows))
+            let how = (options.shadows, options.simd.resolve());
+            Arc::new(Environment::new(picture, turn_rad, how))
         });
         prepared
     }

@@ -12,7 +12,7 @@ use crate::light::around::folded;
 use crate::light::blocked::bvh::{Rays, Tree, Vector};
 use crate::light::blocked::place::{CELLS, COUNTS, HARMONICS, PlaceLight, SIDES, STARTS, cell_of};
 use crate::light::blocked::sky::{Part, Sky};
-use crate::light::environment::basis;
+use crate::light::environment::irradiance::basis;
 use crate::project::cull::Facing;
 use crate::screen::{LANES, Lanes};
 use crate::shadow::places::{Mixed, Place};

@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use crate::light::around::direction_of_texel;
 use crate::light::blocked::place::{HARMONICS, SIDES, cell_of};
-use crate::light::environment::{FACTORS, basis};
+use crate::light::environment::irradiance::{FACTORS, basis};
 use resample_core::narrow::single;
 
 /// Directions for places on a mesh, at least and at most: each carries at most two of so many parts of all light. With 256, pictures of balls and plates are 2 dB
