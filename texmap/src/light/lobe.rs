@@ -9,7 +9,7 @@ use std::f32::consts::PI;
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 
-use crate::light::around::{LEVELS, LookUps, four, look_around};
+use crate::light::around::{LookUps, four, level_of_roughness, look_around};
 use crate::light::blocked::BlockedLight;
 use crate::light::blocked::look::PixelLights;
 use crate::light::blocked::place::PlaceLight;
@@ -92,7 +92,6 @@ pub(super) fn seen_in_lobe<S: Simd>(
     count: usize,
 ) -> ([f32x16<S>; 3], LookedAt<S>) {
     let zero = f32x16::splat(simd, 0.0);
-    let last = f32x16::splat(simd, (LEVELS - 1) as f32);
     let mut seen = [[[0.0; LANES]; 3]; 2];
     let mut levels = [zero; 2];
     // No closure around what is called here: it would lose the vectors' instructions.
@@ -106,7 +105,7 @@ pub(super) fn seen_in_lobe<S: Simd>(
         let roughness = f32x16::from_slice(simd, &even.lobe[look]);
         let at = LookUps::new(simd, &towards, roughness);
         look_around(simd, &environment.blurred, &at, count, &mut seen[look]);
-        levels[look] = roughness * last;
+        levels[look] = level_of_roughness(simd, roughness);
     }
     let second = f32x16::from_slice(simd, &even.part_of_second);
     let mut radiance = [zero; 3];

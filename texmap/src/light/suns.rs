@@ -11,7 +11,7 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use glam::Vec3;
 
-use crate::light::around::LEVELS;
+use crate::light::around::{LEVELS, roughness_of_level};
 use crate::screen::LANES;
 
 /// A small bright light.
@@ -41,12 +41,12 @@ impl Sun {
         let alpha2 = radius2 / 8.0;
         // The width is the square of roughness.
         let roughness = (WIDER * alpha2).sqrt().sqrt();
-        let level = (roughness * (LEVELS - 1) as f32).ceil() as usize;
+        let is_wider = |level: &usize| roughness_of_level(*level as f32) >= roughness;
         Self {
             direction,
             power,
             alpha2,
-            first_level: level.clamp(FIRST_LEVEL, LEVELS - 1),
+            first_level: (FIRST_LEVEL..LEVELS).find(is_wider).unwrap_or(LEVELS - 1),
         }
     }
 

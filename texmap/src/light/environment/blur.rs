@@ -9,7 +9,7 @@ use glam::{Vec3, Vec4};
 use resample_core::dispatch;
 use resample_core::simd::Vectors;
 
-use crate::light::around::{Blurred, LEVELS, add_from_level};
+use crate::light::around::{Blurred, LEVELS, add_from_level, roughness_of_level};
 use crate::light::environment::map::{
     Map, blocks, blurred_of, centre, centres, directions_on_square,
 };
@@ -17,10 +17,11 @@ use crate::light::reflectance::{half_vector, visibility};
 use crate::screen::LANES;
 
 /// Texels along the sides of the maps: a lobe spans a few texels of its own.
-pub(super) const SIDES: [usize; LEVELS] = [256, 256, 128, 128, 64, 64, 32, 32, 32, 32, 32, 32, 32];
+pub(super) const SIDES: [usize; LEVELS] =
+    [256, 256, 256, 256, 128, 128, 64, 64, 32, 32, 32, 32, 32];
 
 /// Samples of a lobe: narrow lobes are covered by few.
-const SAMPLES: [usize; LEVELS] = [0, 24, 64, 96, 128, 128, 128, 128, 128, 128, 128, 128, 128];
+const SAMPLES: [usize; LEVELS] = [0, 12, 24, 48, 64, 96, 128, 128, 128, 128, 128, 128, 128];
 
 /// A map and its coarser copies, for looks of every size.
 pub(super) struct Pyramid {
@@ -61,7 +62,7 @@ impl Pyramid {
     }
 
     fn lobe(&self, level: usize) -> Vec<Sample> {
-        let roughness = level as f32 / (LEVELS - 1) as f32;
+        let roughness = roughness_of_level(level as f32);
         let alpha = roughness * roughness;
         let count = SAMPLES[level];
         // Solid angle of a texel of the sharpest map, on the mean.

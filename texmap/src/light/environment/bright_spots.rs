@@ -187,25 +187,23 @@ impl Grid {
         rows.map(of_row).sum()
     }
 
-    /// All pixels that may lie within an angle of a direction.
-    fn near(&self, middle: Vec3, reach_rad: f32) -> impl Iterator<Item = usize> + use<> {
+    /// The pixels within an angle of a direction, and a few more.
+    fn near(&self, middle: Vec3, reach_rad: f32) -> impl Iterator<Item = usize> {
         let (width, height) = (self.width, self.height);
         let row = (middle.y.clamp(-1.0, 1.0).acos() / PI * height as f32) as usize;
         let rows = (reach_rad / PI * height as f32).ceil() as usize + 1;
         let rows = row.saturating_sub(rows)..(row + rows + 1).min(height);
-        // Meridians come together towards the poles; beside one of them all columns are near.
-        let narrowest = self.rows[rows.start][0].min(self.rows[rows.end - 1][0]);
-        let reach = (reach_rad / narrowest.max(f32::MIN_POSITIVE)).min(PI);
-        let is_round = reach > 0.5;
-        let columns = match is_round {
-            true => width,
-            // The arc over its chord is less than 1.05 here.
-            false => (2.1 * reach / TAU * width as f32).ceil() as usize + 2,
-        };
         let turn = middle.x.atan2(-middle.z) / TAU + 0.5;
-        let first = width + (turn * width as f32) as usize - (columns / 2).min(width);
+        let column = (turn * width as f32) as usize;
+        let sine = (1.0 - middle.y * middle.y).max(0.0).sqrt();
         rows.flat_map(move |y| {
-            (first..first + columns.min(width)).map(move |x| y * width + x % width)
+            // The law of cosines on the sphere: how far a row lies within the angle to either side.
+            let [sin, cos] = self.rows[y];
+            let cosine = (reach_rad.cos() - cos * middle.y) / (sin * sine).max(f32::MIN_POSITIVE);
+            let half = cosine.clamp(-1.0, 1.0).acos() / TAU * width as f32;
+            let half = half.ceil() as usize + 1;
+            let (first, count) = (column + width - half, (2 * half + 1).min(width));
+            (first..first + count).map(move |x| y * width + x % width)
         })
     }
 
@@ -224,6 +222,10 @@ impl Grid {
         whole: f64,
     ) -> Option<Spot> {
         let mut core = Core::new(self, picture, (self.direction(peak), core_rad))?;
+        // A light that is small enough lies all but wholly around its brightest pixel.
+        if f64::from(core.power.element_sum()) < 0.5 * f64::from(PART[0]) * whole {
+            return None;
+        }
         for _ in 0..STEPS {
             core = Core::new(self, picture, (core.middle, core_rad))?;
         }
@@ -363,8 +365,10 @@ mod tests {
             Vec3::new(1.0, -0.3, 0.2),
         ] {
             let mut level = 0;
-            for radius in [0.01, 0.035, 0.07, 0.1] {
-                let spots = bright_spots(&sky(&[(towards, radius, 300.0)]));
+            for radius in [0.02, 0.035, 0.06, 0.08] {
+                // As strong as a seventh of all light.
+                let above = 1.0 / (PI * radius * radius);
+                let spots = bright_spots(&sky(&[(towards, radius, 0.5 + above)]));
                 let [spot] = &spots[..] else {
                     panic!("{} lights of {radius} at {towards}", spots.len())
                 };
@@ -372,7 +376,7 @@ mod tests {
                 let pixel = PI / 360.0;
                 assert!((found - radius).abs() < 0.5 * pixel, "{found} of {radius}");
                 assert!(spot.sun.direction.distance(towards.normalize()) < 0.5 * pixel);
-                let power = spot.sun.power.x / (PI * radius * radius * 299.5);
+                let power = spot.sun.power.x;
                 assert!((power - 1.0).abs() < 0.15, "{power} at {radius}");
                 assert!(spot.sun.first_level >= level);
                 level = spot.sun.first_level;
