@@ -1,5 +1,6 @@
 //! One level of a pyramid: its texels in linear light, and the filter that lies between it and the full texture.
 
+use std::ops::Range;
 use std::sync::{Arc, LazyLock};
 
 use glam::Vec4;
@@ -109,6 +110,26 @@ pub(crate) fn narrowed(texel: Vec4) -> [u16; 4] {
 pub(crate) static LINEAR: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|code| linear_from_srgb(code as f32 / 255.0)));
 
+impl LevelTexels {
+    /// Puts the texels from a place on into `out`.
+    fn put(&self, start: usize, out: &mut [Vec4]) {
+        let texels = start..start + out.len();
+        match self {
+            Self::Unorm16(all) => {
+                for (out, texel) in out.iter_mut().zip(&all[texels]) {
+                    *out = widened(*texel) * (1.0 / UNIT);
+                }
+            }
+            Self::Srgb8(all) => {
+                for (out, texel) in out.iter_mut().zip(&all[texels]) {
+                    *out = linear(*texel);
+                }
+            }
+            Self::Float(all) => out.copy_from_slice(&all[texels]),
+        }
+    }
+}
+
 /// Texels from one row to the next: a cache line more than a row has, since look-ups in rows that lie a power of two
 /// apart drive one another from the cache.
 pub(crate) fn stride(width: usize) -> usize {
@@ -130,6 +151,30 @@ pub(crate) fn padded<T: Sync, U: Copy + Default + Send>(
             out.iter_mut()
                 .zip(row)
                 .for_each(|(out, from)| *out = texel(from));
+        });
+    padded
+}
+
+/// As [`padded`], of a picture whose rows are made, some at a time: they stay in the cache until they are kept.
+pub(crate) fn padded_rows<U: Copy + Default + Send>(
+    made: &(dyn Fn(Range<usize>, &mut [Vec4]) + Sync),
+    [width, height]: [usize; 2],
+    kept: impl Fn(Vec4) -> U + Sync,
+) -> Vec<U> {
+    let stride = stride(width);
+    let mut padded = vec![U::default(); stride * height];
+    padded
+        .par_chunks_mut(stride * BAND)
+        .enumerate()
+        .for_each_init(Vec::new, |texels, (band, out)| {
+            let rows = band * BAND..height.min((band + 1) * BAND);
+            texels.resize(rows.len() * width, Vec4::ZERO);
+            made(rows, texels);
+            for (out, row) in out.chunks_mut(stride).zip(texels.chunks_exact(width)) {
+                for (out, texel) in out.iter_mut().zip(row) {
+                    *out = kept(*texel);
+                }
+            }
         });
     padded
 }
@@ -281,15 +326,8 @@ fn made_rows(fine: &Level, filters: &[AxisFilter; 2], band: usize, wrap: [Wrap; 
     let mut narrow = vec![Vec4::ZERO; width * (end - first) as usize];
     let mut source = vec![Vec4::ZERO; fine.size[0]];
     for (out, row) in narrow.chunks_exact_mut(width).zip(first..) {
-        let start = fine.row_start(row, wrap[1]);
-        for (texel, place) in source.iter_mut().zip(start..) {
-            *texel = fine.texels.at(place);
-        }
-        for (texel, taps) in out.iter_mut().zip(columns) {
-            for (&w, i) in taps.weights.iter().zip(taps.first..) {
-                *texel += source[wrapped(i, fine.size[0], wrap[0])] * w;
-            }
-        }
+        fine.texels.put(fine.row_start(row, wrap[1]), &mut source);
+        halve_row((&source, wrap[0]), columns, out);
     }
     let mut made = vec![Vec4::ZERO; width * rows.len()];
     for (out, taps) in made.chunks_exact_mut(width).zip(rows) {
@@ -301,4 +339,25 @@ fn made_rows(fine: &Level, filters: &[AxisFilter; 2], band: usize, wrap: [Wrap; 
         }
     }
     made
+}
+/// A row of half the width.
+fn halve_row((source, wrap): (&[Vec4], Wrap), columns: &[Taps], out: &mut [Vec4]) {
+    // Those of an even width are binomial, and all but the first and the last lie within it.
+    let inner = match source.len() == 2 * columns.len() && source.len() > 2 {
+        true => 1..columns.len() - 1,
+        false => 0..0,
+    };
+    let windows = source[1..].windows(4).step_by(2);
+    for (texel, window) in out[inner.clone()].iter_mut().zip(windows) {
+        let [a, b, c, d] = [window[0], window[1], window[2], window[3]];
+        *texel = a * 0.125 + b * 0.375 + c * 0.375 + d * 0.125;
+    }
+    for (at, (texel, taps)) in out.iter_mut().zip(columns).enumerate() {
+        if inner.contains(&at) {
+            continue;
+        }
+        for (&w, i) in taps.weights.iter().zip(taps.first..) {
+            *texel += source[wrapped(i, source.len(), wrap)] * w;
+        }
+    }
 }

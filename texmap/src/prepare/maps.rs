@@ -6,6 +6,7 @@
 //! means, but not which of the colours is the metal's.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
@@ -172,71 +173,77 @@ pub(crate) fn per_base(scene: &Scene, material: &Material, other: TextureUse) ->
 /// Rounding of means of normals kept in 16 bits: variances below count as none.
 const ROUNDING: f32 = 1e-4;
 
+/// Fills some rows of texels, by their numbers.
+pub(crate) type Rows<'a> = Box<dyn Fn(Range<usize>, &mut [Vec4]) + Sync + 'a>;
+
 /// Red, green, blue as in the file, 0..=1, and the square of green.
-pub(crate) fn numbers(texture: &Texture) -> Vec<Vec4> {
-    each_texel(texture, |rgb| rgb.extend(rgb.y * rgb.y))
+pub(crate) fn numbers(texture: &Texture) -> Rows<'_> {
+    Box::new(|rows, out| {
+        each_texel(texture, rows, |at, rgb| out[at] = rgb.extend(rgb.y * rgb.y));
+    })
 }
 
 /// As [`numbers`], with the red of another picture of the same size.
-pub(crate) fn numbers_with(texture: &Texture, occlusion: &Texture) -> Vec<Vec4> {
-    let mut numbers = numbers(texture);
-    let red = each_texel(occlusion, |rgb| rgb.x);
-    numbers
-        .par_iter_mut()
-        .zip(red)
-        .for_each(|(texel, red)| texel.x = red);
-    numbers
+pub(crate) fn numbers_with<'a>(texture: &'a Texture, occlusion: &'a Texture) -> Rows<'a> {
+    let numbers = numbers(texture);
+    Box::new(move |rows, out| {
+        numbers(rows.clone(), out);
+        each_texel(occlusion, rows, |at, rgb| out[at].x = rgb.x);
+    })
 }
 
 /// Linear colour, and the alpha of another picture of the same size.
-pub(crate) fn colour_with(texture: &Texture, alpha: &Texture) -> Vec<Vec4> {
-    let mut colours = linear_colours(texture, Weighting::Even);
-    match &alpha.texels {
-        Texels::Srgb8(texels) => (colours.par_iter_mut().zip(texels.par_iter()))
-            .for_each(|(colour, texel)| colour.w = f32::from(texel[3]) * (1.0 / 255.0)),
-        Texels::LinearF32(texels) => {
-            (colours.par_iter_mut().zip(texels)).for_each(|(colour, texel)| colour.w = texel[3]);
+pub(crate) fn colour_with<'a>(texture: &'a Texture, alpha: &'a Texture) -> Rows<'a> {
+    Box::new(|rows, out| {
+        let texels = rows.start * texture.width..rows.end * texture.width;
+        linear_colours(texture, rows, Weighting::Even, out);
+        match &alpha.texels {
+            Texels::Srgb8(of_alpha) => {
+                for (colour, texel) in out.iter_mut().zip(&of_alpha[texels]) {
+                    colour.w = f32::from(texel[3]) * (1.0 / 255.0);
+                }
+            }
+            Texels::LinearF32(of_alpha) => {
+                for (colour, texel) in out.iter_mut().zip(&of_alpha[texels]) {
+                    colour.w = texel[3];
+                }
+            }
         }
-    }
-    colours
+    })
 }
 
 /// Linear base colour times metal, and roughness times metal, by the texels of the base colour.
 ///
 /// Metal comes from the blue of another picture, roughness from its green. Where its texels are smaller, each counts that lies in a
 /// texel of the colour; where they are larger, they are mixed.
-pub(crate) fn weighted_by_metal(
-    (base, alpha): (&Texture, Weighting),
-    (map, wrap): (&Texture, [Wrap; 2]),
-) -> Vec<Vec4> {
-    if let (Texels::Srgb8(colours), Texels::Srgb8(numbers)) = (&base.texels, &map.texels)
-        && [base.width, base.height] == [map.width, map.height]
-    {
-        let texel = |(&[r, g, b, a], &[_, rough, metal, _]): (&[u8; 4], &[u8; 4])| {
-            let alpha = match alpha {
-                Weighting::Even => 1.0,
-                Weighting::ByAlpha => f32::from(a) / 255.0,
-            };
-            let metal = f32::from(metal) * (1.0 / 255.0);
-            let of = |code: u8| LINEAR[usize::from(code)] * alpha * metal;
-            Vec4::new(
-                of(r),
-                of(g),
-                of(b),
-                f32::from(rough) * (1.0 / 255.0) * metal,
-            )
-        };
-        return colours.par_iter().zip(&**numbers).map(texel).collect();
+pub(crate) fn weighted_by_metal<'a>(
+    (base, alpha): (&'a Texture, Weighting),
+    (map, wrap): (&'a Texture, [Wrap; 2]),
+) -> Rows<'a> {
+    if [base.width, base.height] == [map.width, map.height] {
+        return Box::new(move |rows, out| {
+            linear_colours(base, rows.clone(), alpha, out);
+            each_texel(map, rows, |at, rgb| {
+                out[at] = (out[at].truncate() * rgb.z).extend(rgb.y * rgb.z);
+            });
+        });
     }
-    let weighted_by_metal: Vec<Vec2> = each_texel(map, |rgb| Vec2::new(rgb.z, rgb.y * rgb.z));
+    let mut weighted_by_metal = vec![Vec2::ZERO; map.width * map.height];
+    let of_row = |(y, row): (usize, &mut [Vec2])| {
+        each_texel(map, y..y + 1, |at, rgb| {
+            row[at] = Vec2::new(rgb.z, rgb.y * rgb.z)
+        });
+    };
+    (weighted_by_metal.par_chunks_mut(map.width).enumerate()).for_each(of_row);
     let ratio = [
         map.width as f32 / base.width as f32,
         map.height as f32 / base.height as f32,
     ];
     let looks = ratio.map(|ratio| ratio.ceil().max(1.0) as usize);
-    let mut texels = linear_colours(base, alpha);
-    let of_row = |(y, row): (usize, &mut [Vec4])| {
-        for (x, texel) in row.iter_mut().enumerate() {
+    Box::new(move |rows, out| {
+        linear_colours(base, rows.clone(), alpha, out);
+        for (at, texel) in out.iter_mut().enumerate() {
+            let [x, y] = [at % base.width, rows.start + at / base.width];
             let mut sum = Vec2::ZERO;
             for look in 0..looks[0] * looks[1] {
                 let part = [look % looks[0], look / looks[0]];
@@ -249,12 +256,7 @@ pub(crate) fn weighted_by_metal(
             let [metal, rough] = (sum / (looks[0] * looks[1]) as f32).to_array();
             *texel = (texel.truncate() * metal).extend(rough);
         }
-    };
-    texels
-        .par_chunks_mut(base.width)
-        .enumerate()
-        .for_each(of_row);
-    texels
+    })
 }
 
 /// The mix of the four texels around a place, which counts from the middle of the first.
@@ -276,53 +278,67 @@ fn mixed(texels: &[Vec2], (size, wrap): ([usize; 2], [Wrap; 2]), place: [f32; 2]
     row(0).lerp(row(1), share[1])
 }
 
-/// Linear light, premultiplied if it is weighted by alpha.
-fn linear_colours(texture: &Texture, alpha: Weighting) -> Vec<Vec4> {
+/// Linear light of some rows, premultiplied if it is weighted by alpha.
+fn linear_colours(texture: &Texture, rows: Range<usize>, alpha: Weighting, out: &mut [Vec4]) {
     let weighted = |[r, g, b, a]: [f32; 4]| match alpha {
         Weighting::Even => Vec4::new(r, g, b, 1.0),
         Weighting::ByAlpha => Vec4::new(r * a, g * a, b * a, a),
     };
+    let texels = rows.start * texture.width..rows.end * texture.width;
     match &texture.texels {
-        Texels::Srgb8(texels) => texels
-            .par_iter()
-            .map(|&[r, g, b, a]| {
-                let at = |code: u8| LINEAR[usize::from(code)];
-                weighted([at(r), at(g), at(b), f32::from(a) / 255.0])
-            })
-            .collect(),
-        Texels::LinearF32(texels) => texels.par_iter().map(|&texel| weighted(texel)).collect(),
+        Texels::Srgb8(of_texture) => {
+            let table = &*LINEAR;
+            for (out, &[r, g, b, a]) in out.iter_mut().zip(&of_texture[texels]) {
+                let at = |code: u8| table[usize::from(code)];
+                *out = weighted([at(r), at(g), at(b), f32::from(a) / 255.0]);
+            }
+        }
+        Texels::LinearF32(of_texture) => {
+            for (out, &texel) in out.iter_mut().zip(&of_texture[texels]) {
+                *out = weighted(texel);
+            }
+        }
     }
 }
 
 /// Normals of length 1, halved and moved to 0..=1, and around each the mean square length of the reconstructed normal.
-pub(crate) fn normals(texture: &Texture, scale: f32, wrap: [Wrap; 2]) -> Vec<Vec4> {
-    let normals = each_texel(texture, |rgb| {
-        let [x, y, z] = (rgb * 2.0 - Vec3::ONE).to_array();
-        // A texel that points nowhere, as in unused parts of an atlas, is flat.
-        Vec3::new(x * scale, y * scale, z)
-            .try_normalize()
-            .unwrap_or(Vec3::Z)
-    });
+pub(crate) fn normals(texture: &Texture, scale: f32, wrap: [Wrap; 2]) -> Rows<'_> {
     let (width, height) = (texture.width, texture.height);
-    let mut texels = vec![Vec4::ZERO; normals.len()];
-    texels
-        .par_chunks_mut(width)
-        .enumerate()
-        .for_each(|(y, row)| {
-            let rows = [y as i32 - 1, y as i32, y as i32 + 1].map(|y| wrapped(y, height, wrap[1]));
-            for (x, texel) in row.iter_mut().enumerate() {
-                let columns =
-                    [x as i32 - 1, x as i32, x as i32 + 1].map(|x| wrapped(x, width, wrap[0]));
-                let at = |i: usize, j: usize| normals[rows[j] * width + columns[i]];
-                let cells = [(0, 0), (1, 0), (0, 1), (1, 1)];
-                let sum: f32 = cells
-                    .iter()
-                    .map(|&(i, j)| cell([at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)]))
-                    .sum();
-                *texel = (at(1, 1) * 0.5 + Vec3::splat(0.5)).extend(0.25 * sum);
-            }
-        });
-    texels
+    let columns = move |x: i32| wrapped(x, width, wrap[0]);
+    Box::new(move |rows, out| {
+        // From the row above the first to that below the last.
+        let mut around = Vec::with_capacity((rows.len() + 2) * width);
+        for y in rows.start as i32 - 1..=rows.end as i32 {
+            let y = wrapped(y, height, wrap[1]);
+            each_texel(texture, y..y + 1, |_, rgb| around.push(normal(rgb, scale)));
+        }
+        // From the column before the first on: the square between a texel, the next, and those below.
+        let mut cells = Vec::with_capacity((rows.len() + 1) * (width + 1));
+        for row in around
+            .chunks_exact(width)
+            .zip(around[width..].chunks_exact(width))
+        {
+            let (above, below) = row;
+            cells.extend((-1..width as i32).map(|x| {
+                let (left, right) = (columns(x), columns(x + 1));
+                cell([above[left], above[right], below[left], below[right]])
+            }));
+        }
+        for (at, texel) in out.iter_mut().enumerate() {
+            let first = at / width * (width + 1) + at % width;
+            let below = first + width + 1;
+            let sum = cells[first] + cells[first + 1] + cells[below] + cells[below + 1];
+            *texel = (around[at + width] * 0.5 + Vec3::splat(0.5)).extend(0.25 * sum);
+        }
+    })
+}
+
+/// The normal of a texel, of length 1.
+fn normal(rgb: Vec3, scale: f32) -> Vec3 {
+    let [x, y, z] = (rgb * 2.0 - Vec3::ONE).to_array();
+    // A texel that points nowhere, as in unused parts of an atlas, is flat.
+    let normal = Vec3::new(x * scale, y * scale, z).try_normalize();
+    normal.unwrap_or(Vec3::Z)
 }
 
 /// Mean square length of the bilinear mix of four normals of length 1.
@@ -345,19 +361,22 @@ pub(crate) fn variance_within(texel: Vec4, side2: f32) -> f32 {
     0.5 * (1.0 - texel.w - ROUNDING).max(0.0) * side2.min(1.0)
 }
 
-fn each_texel<T: Send>(texture: &Texture, texel: impl Fn(Vec3) -> T + Sync) -> Vec<T> {
+/// Calls a function for every texel of some rows, with its number among them and its numbers as in the file, 0..=1.
+fn each_texel(texture: &Texture, rows: Range<usize>, mut texel: impl FnMut(usize, Vec3)) {
+    let texels = rows.start * texture.width..rows.end * texture.width;
     match &texture.texels {
-        Texels::Srgb8(texels) => texels
-            .par_iter()
-            .map(|&[r, g, b, _]| {
-                texel(Vec3::new(f32::from(r), f32::from(g), f32::from(b)) * (1.0 / 255.0))
-            })
-            .collect(),
+        Texels::Srgb8(of_texture) => {
+            for (at, &[r, g, b, _]) in of_texture[texels].iter().enumerate() {
+                let rgb = Vec3::new(f32::from(r), f32::from(g), f32::from(b));
+                texel(at, rgb * (1.0 / 255.0));
+            }
+        }
         // Pictures of 16 bits were taken for sRGB when they were read.
-        Texels::LinearF32(texels) => texels
-            .par_iter()
-            .map(|&[r, g, b, _]| texel(Vec3::from([r, g, b].map(srgb_from_linear))))
-            .collect(),
+        Texels::LinearF32(of_texture) => {
+            for (at, &[r, g, b, _]) in of_texture[texels].iter().enumerate() {
+                texel(at, Vec3::from([r, g, b].map(srgb_from_linear)));
+            }
+        }
     }
 }
 

@@ -12,9 +12,9 @@ use std::sync::Arc;
 
 use glam::Vec4;
 
-use crate::prepare::level::{LINEAR, halved, narrowed, padded, stride};
+use crate::prepare::level::{LINEAR, halved, narrowed, padded, padded_rows, stride};
 pub(crate) use crate::prepare::level::{Level, LevelTexels, UNIT, linear};
-use crate::prepare::maps;
+use crate::prepare::maps::{self, Rows};
 use crate::prepare::texel_use::TexelUse;
 use resample_mesh::scene::{Magnify, Texels, Texture, Wrap};
 
@@ -92,16 +92,16 @@ fn decoded(
     let size = [texture.width, texture.height];
     let stride = stride(size[0]);
     let unorm = |texels| (LevelTexels::Unorm16(texels), stride);
+    let by_rows = |rows: &Rows| unorm(padded_rows(rows, size, narrowed));
     match (&texture.texels, usage) {
-        (_, TexelUse::Numbers) => unorm(padded(&maps::numbers(texture), size, |t| narrowed(*t))),
+        (_, TexelUse::Numbers) => by_rows(&maps::numbers(texture)),
         (_, TexelUse::WithOcclusion { picture }) => {
-            let numbers = maps::numbers_with(texture, &pictures[picture]);
-            unorm(padded(&numbers, size, |t| narrowed(*t)))
+            by_rows(&maps::numbers_with(texture, &pictures[picture]))
         }
         (_, TexelUse::ColourWith { picture }) => {
-            let colours = maps::colour_with(texture, &pictures[picture]);
-            unorm(padded(&colours, size, |t| narrowed(*t)))
+            by_rows(&maps::colour_with(texture, &pictures[picture]))
         }
+        (_, TexelUse::Normals { scale }) => by_rows(&maps::normals(texture, scale, wrap)),
         (
             of_base,
             TexelUse::Metals {
@@ -112,13 +112,12 @@ fn decoded(
         ) => {
             let metals = maps::weighted_by_metal((texture, alpha), (&pictures[picture], wrap));
             match of_base {
-                Texels::Srgb8(_) => unorm(padded(&metals, size, |t| narrowed(*t))),
-                Texels::LinearF32(_) => (LevelTexels::Float(padded(&metals, size, |t| *t)), stride),
+                Texels::Srgb8(_) => by_rows(&metals),
+                Texels::LinearF32(_) => {
+                    let texels = padded_rows(&metals, size, |texel| texel);
+                    (LevelTexels::Float(texels), stride)
+                }
             }
-        }
-        (_, TexelUse::Normals { scale }) => {
-            let normals = maps::normals(texture, scale, wrap);
-            unorm(padded(&normals, size, |t| narrowed(*t)))
         }
         (Texels::LinearF32(texels), _) => {
             let texel = |texel: &[f32; 4]| finished(*texel);
