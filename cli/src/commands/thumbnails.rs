@@ -3,8 +3,7 @@
 //! Takes files of any kind that one file can be drawn from, gives a PNG for each in a folder, and a contact sheet. Each is drawn as
 //! `resample FILE` draws it. Files that cannot be drawn are listed at the end, and the others are there.
 
-use std::collections::HashSet;
-use std::ffi::OsString;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
@@ -44,17 +43,17 @@ impl std::error::Error for SomeFailed {}
 pub(crate) fn run(args: &ThumbnailsArgs, verbosity: Verbosity) -> Result<()> {
     output::make_folder(&args.output)?;
     let mut tell = watch("drawing thumbnails", verbosity.progress());
-    let mut names = HashSet::new();
+    let (names, mut taken) = (names(&args.files), HashSet::new());
     let (mut cells, mut faults) = (Vec::new(), Vec::new());
-    for (done, file) in args.files.iter().enumerate() {
+    for (done, (file, name)) in args.files.iter().zip(names).enumerate() {
         tell(done as f64 / args.files.len() as f64);
         let drawn = drawn(file, args).and_then(|image| {
-            let path = args.output.join(name(file, &mut names));
+            let path = args.output.join(file_name(&name, &mut taken));
             output::write_picture(&path, Format::Png(Depth::Eight), &image)?;
             Ok(image)
         });
         match drawn {
-            Ok(image) => cells.push((last_part(file), image)),
+            Ok(image) => cells.push((name, image)),
             Err(error) => {
                 let (name, why) = (file.display().to_string(), report::one_line(&error));
                 // Readers name their file themselves.
@@ -96,13 +95,14 @@ const SHEET: &str = "contact-sheet.png";
 /// The picture of one file, as its command draws it.
 fn drawn(file: &Path, args: &ThumbnailsArgs) -> Result<Image> {
     let side = args.size;
-    let options = [
-        "--output=thumbnail.png".to_owned(),
-        format!("--size={side}x{side}"),
+    let size = format!("--size={side}x{side}").into();
+    let words = [
+        "resample".into(),
+        file.into(),
+        "--output=thumbnail.png".into(),
+        size,
     ];
-    let words = [OsString::from("resample"), file.into()]
-        .into_iter()
-        .chain(options.map(OsString::from));
+    let words = words.into_iter().chain(args.options.iter().cloned());
     let words = content::with_command(words.collect(), |_| false)?;
     let words = content::of_content(words);
     let first_line = |error: clap::Error| {
@@ -122,19 +122,34 @@ fn drawn(file: &Path, args: &ThumbnailsArgs) -> Result<Image> {
     Ok(opened.finished(image, &camera))
 }
 
-/// The last part of a path, for the sheet.
-fn last_part(file: &Path) -> String {
-    file.file_name()
-        .unwrap_or(file.as_os_str())
-        .to_string_lossy()
-        .into_owned()
+/// The last parts of each path, as many as tell it from the others.
+fn names(files: &[PathBuf]) -> Vec<String> {
+    let last = |file: &PathBuf, count: usize| {
+        let parts: Vec<_> = file.components().rev().take(count).collect();
+        let last: PathBuf = parts.into_iter().rev().collect();
+        last.to_string_lossy().into_owned()
+    };
+    let most = files.iter().map(|file| file.components().count()).max();
+    let mut names = vec![String::new(); files.len()];
+    for count in 1..=most.unwrap_or(0) {
+        let ends: Vec<String> = files.iter().map(|file| last(file, count)).collect();
+        let mut times = HashMap::new();
+        ends.iter()
+            .for_each(|end| *times.entry(end).or_insert(0) += 1);
+        for (name, end) in names.iter_mut().zip(&ends) {
+            if name.is_empty() && (times[end] == 1 || Some(count) == most) {
+                name.clone_from(end);
+            }
+        }
+    }
+    names
 }
 
-/// A name for the thumbnail of a file; a number behind it tells files of one name apart.
-fn name(file: &Path, taken: &mut HashSet<String>) -> PathBuf {
-    let own = last_part(file).replace(['*', '?', '%'], "_");
+/// The file name of a thumbnail; a number behind it tells equal ones apart.
+fn file_name(name: &str, taken: &mut HashSet<String>) -> String {
+    let own = name.replace(['/', '\\'], "-").replace(['*', '?', '%'], "_");
     let numbered = (2..).map(|number| format!("{own}-{number}"));
     let mut names = std::iter::once(own.clone()).chain(numbered);
     let free = names.find(|name| taken.insert(name.clone())).unwrap_or(own);
-    PathBuf::from(free + ".png")
+    free + ".png"
 }

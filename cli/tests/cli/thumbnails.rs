@@ -20,7 +20,7 @@ fn every_file_has_a_thumbnail_and_faults_come_at_the_end() {
         assert_eq!((width, height), (64, 64), "{name}");
         rgba.chunks(4).filter(|pixel| pixel[3] > 0).count()
     };
-    for name in ["cells.ome.tif.png", "square.obj.png", "square.obj-2.png"] {
+    for name in ["cells.ome.tif.png", "square.obj.png", "b-square.obj.png"] {
         assert!(shown(&format!("out/a/{name}")) > 300, "{name}");
     }
     let (width, height, _) = read_png(&bench.path("out/a/contact-sheet.png"));
@@ -29,6 +29,14 @@ fn every_file_has_a_thumbnail_and_faults_come_at_the_end() {
     assert_good(&bench.run("square.obj -o out/alone.png --size 64x64"));
     assert!(
         read_png(&bench.path("out/alone.png")) == read_png(&bench.path("out/a/square.obj.png"))
+    );
+    // Options behind two dashes are those of that command.
+    let turned = "square.obj -o out/c --size 64 -- --orbit 60,0 --shade unlit";
+    assert_good(&bench.run(&format!("thumbnails {turned}")));
+    let alone = "square.obj -o out/turned.png --size 64x64 --orbit 60,0 --shade unlit";
+    assert_good(&bench.run(alone));
+    assert!(
+        read_png(&bench.path("out/turned.png")) == read_png(&bench.path("out/c/square.obj.png"))
     );
     let done =
         bench.run("thumbnails broken.nrrd square.obj absent.vti -o out/b --size 64 --columns 1");

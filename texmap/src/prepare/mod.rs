@@ -181,7 +181,7 @@ impl Prepared {
             let picture = scene.surroundings.as_deref();
             let turn_rad = options.environment_turn_deg.to_radians() as f32;
             let how = (options.shadows, options.simd.resolve());
-            Arc::new(Environment::new(picture, turn_rad, how))
+            Environment::shared(picture, turn_rad, how)
         });
         prepared
     }

@@ -367,4 +367,7 @@ pub struct ThumbnailsArgs {
     /// Columns of the contact sheet [default: as many as rows]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=64))]
     pub columns: Option<u16>,
+    /// Options for all files, as the command that draws them takes them: -- --environment room.hdr
+    #[arg(last = true, value_name = "OPTION")]
+    pub options: Vec<OsString>,
 }

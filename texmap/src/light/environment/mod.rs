@@ -14,6 +14,8 @@ mod map;
 mod picture;
 mod studio;
 
+use std::sync::{Arc, Mutex, PoisonError};
+
 use glam::{Quat, Vec3};
 use resample_core::simd::Vectors;
 use resample_mesh::scene::Surroundings;
@@ -43,7 +45,34 @@ pub(crate) struct Environment {
     pub(crate) sky: Option<Map>,
 }
 
+/// A studio that has been made, by the instructions that it was made with.
+type Kept = (&'static str, Arc<Environment>);
+
+/// Studios of this process: many scenes stand in the same one.
+static STUDIOS: Mutex<Vec<Kept>> = Mutex::new(Vec::new());
+
 impl Environment {
+    /// As [`Environment::new`]; a studio that is not turned is made once.
+    pub(crate) fn shared(
+        picture: Option<&Surroundings>,
+        turn_rad: f32,
+        (shadows, vectors): (Shadows, Vectors),
+    ) -> Arc<Self> {
+        let make = || Arc::new(Self::new(picture, turn_rad, (shadows, vectors)));
+        if picture.is_some() || turn_rad != 0.0 || shadows != Shadows::None {
+            return make();
+        }
+        let kept = || STUDIOS.lock().unwrap_or_else(PoisonError::into_inner);
+        let same = |kept: &&Kept| kept.0 == vectors.name();
+        let found = kept().iter().find(same).map(|kept| kept.1.clone());
+        // Nobody waits for the studio with the lock held: threads that make it at the same time make the same.
+        found.unwrap_or_else(|| {
+            let made = make();
+            kept().push((vectors.name(), made.clone()));
+            made
+        })
+    }
+
     /// The built-in studio, or the surroundings of a picture, turned about +y by an angle in radians.
     pub(crate) fn new(
         picture: Option<&Surroundings>,
