@@ -11,7 +11,7 @@ use crate::screen::TILE_WIDTH;
 use crate::texture::ellipse::{Gathered, PixelOnTexture, TexelEllipse};
 use crate::texture::lookup::{nearest, reconstructed, trilinear};
 use crate::texture::points::{covariance_with, gather_by_pixel, gather_minified};
-use crate::tile::light::LightBatch;
+use crate::tile::light::{LightBatch, Normals};
 use crate::tile::points::{DirectPixels, Gather, PixelLookUps, pixel_colour, pixel_sample};
 use crate::tile::task::{Tile, centre_px};
 use crate::tile::visible::{Cell, Cells, Visible};
@@ -57,10 +57,12 @@ fn look_up<'a>(
             let Some(surface) = &visible.surfaces[fragment.id as usize] else {
                 continue;
             };
-            if surface.maps.is_some() {
+            if let Some(maps) = &surface.maps {
                 let gather = (tile, Some(gather));
                 if let Some(sample) = pixel_sample(gather, surface, fragment.at, &mut texels) {
-                    light.add(tile, (place, fragment.weight), &sample, rgba);
+                    let normals = Normals::new(&sample, maps);
+                    let weighted = (place, fragment.weight);
+                    light.add(tile, weighted, (&sample, &normals), rgba);
                 }
                 continue;
             }

@@ -87,13 +87,67 @@ pub(crate) struct SurfaceSample<'a> {
     pub(crate) magnified: Option<f32>,
 }
 
+/// The normals of a surface under a pixel.
+pub(crate) struct Normals {
+    /// Their mean, in the world, of length 1.
+    normal: Vec3,
+    /// Mean square of their distance from it; and how much of that is the mesh's own.
+    variance: f32,
+    of_surface: f32,
+}
+
+/// How much more normals may vary under a pixel than the squares of facets' slopes, for light to be reflected once for all of them. A trade, on
+/// DamagedHelmet at 300x300 beside Mitsuba: with 3 it is 38.2 dB near by day and 33.5 in a room with lamps, at every sub-pixel 38.3 and 33.6, and once a pixel
+/// 35.0 and 28.9; frames of 800x800 take 9, 27 and 0 % longer than the last.
+const MOST_VARIANCE: f32 = 3.0;
+
+/// Variance that no mirror shows: reflections turn by twice a deviation of a texel of the sharpest surroundings, half a degree.
+const LEAST_VARIANCE: f32 = 3e-5;
+
+impl Normals {
+    pub(crate) fn new(sample: &SurfaceSample, maps: &SurfaceMaps) -> Self {
+        let (mut normal, mut variance) = (Vec3::Z, 0.0);
+        if maps.maps[NORMALS].is_some() {
+            (normal, variance) = mean_normal(sample.maps[NORMALS]);
+            if let Some(side2) = sample.magnified {
+                variance = variance_within(sample.maps[NORMALS], side2);
+            }
+        }
+        let (normal, slopes) = turned(sample.surface, maps, sample.at_px, normal);
+        let of_surface = slopes * PIXEL_VARIANCE;
+        Self {
+            normal,
+            variance: variance + of_surface,
+            of_surface,
+        }
+    }
+
+    /// Returns true if they vary so much that their mean with a wider lobe does not stand for them.
+    pub(crate) fn outdo_lobe(&self, tile: &Tile, sample: &SurfaceSample) -> bool {
+        let material = sample.surface.material(tile.frame.scene);
+        let (Some(maps), Some(physical)) = (&sample.surface.maps, &material.physical) else {
+            return false;
+        };
+        let mut roughness = physical.roughness;
+        if maps.maps[ROUGHNESS].is_some() {
+            roughness *= sample.maps[ROUGHNESS].y;
+        }
+        if let Some(layers) = physical.layers.filter(|layers| layers.coat > 0.0)
+            && layers.coat_normals == CoatNormals::AsBelow
+        {
+            roughness = roughness.min(layers.coat_roughness);
+        }
+        self.variance > MOST_VARIANCE * roughness.powi(4) + LEAST_VARIANCE
+    }
+}
+
 impl LightBatch {
     /// Adds a pixel, `weight` of it, by its place in the tile.
     pub(crate) fn add(
         &mut self,
         tile: &Tile,
         (place, weight): (usize, f32),
-        sample: &SurfaceSample,
+        (sample, normals): (&SurfaceSample, &Normals),
         rgba: &mut [[f32; 4]],
     ) {
         let surface = sample.surface;
@@ -105,14 +159,11 @@ impl LightBatch {
         let lane = self.count;
         let own = unlit_colour(tile, surface, sample.at_px, (sample.base, sample.emissive));
         put(physical, maps, (&sample.maps, &own), lane, &mut self.inputs);
-        let (mut normal, mut variance) = (Vec3::Z, 0.0);
-        if maps.maps[NORMALS].is_some() {
-            (normal, variance) = mean_normal(sample.maps[NORMALS]);
-            if let Some(side2) = sample.magnified {
-                variance = variance_within(sample.maps[NORMALS], side2);
-            }
-        }
-        let (normal, of_surface) = turned(surface, maps, sample.at_px, normal);
+        let Normals {
+            normal,
+            variance,
+            of_surface,
+        } = *normals;
         let rays = &tile.view.rays;
         let eye = -Vec3::new(
             value(&rays[0], sample.at_px),
@@ -124,14 +175,14 @@ impl LightBatch {
             self.inputs.normal[k][lane] = normal[k];
             self.inputs.eye[k][lane] = eye[k];
         }
-        self.inputs.variance[lane] = variance + of_surface * PIXEL_VARIANCE;
+        self.inputs.variance[lane] = variance;
         if let Some(layers) = &physical.layers {
             let (coat, variance) = match layers.coat_normals {
-                CoatNormals::AsBelow => (normal, self.inputs.variance[lane]),
+                CoatNormals::AsBelow => (normal, variance),
                 CoatNormals::Smooth => {
                     let of_mesh = [0, 1, 2].map(|k: usize| value(&surface.normal[k], sample.at_px));
                     let of_mesh = Vec3::from(of_mesh).normalize_or_zero();
-                    (of_mesh, of_surface * PIXEL_VARIANCE)
+                    (of_mesh, of_surface)
                 }
             };
             let above = &mut self.inputs.layers;

@@ -13,7 +13,7 @@ use crate::project::surface::{MapPlanes, Surface, UvAt, UvPlanes};
 use crate::screen::{SPAN_HEIGHT, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
 use crate::texture::ellipse::{Gathered, MOST_TOGETHER, PixelOnTexture};
 use crate::texture::points::{gather_minified, gather_together, is_minified};
-use crate::tile::light::{LightBatch, SurfaceSample, lit, shaded};
+use crate::tile::light::{LightBatch, Normals, SurfaceSample, lit, shaded};
 use crate::tile::patches::{Patch, Patches};
 use crate::tile::task::{Tile, centre_px};
 use crate::tile::visible::{Cell, Cells, Visible};
@@ -58,15 +58,19 @@ pub(crate) fn lay_points<'a>(
         };
         let at = centre_px(pixel);
         let place = pixel[1] * TILE_WIDTH + pixel[0];
-        if surface.maps.is_some() {
+        if let Some(maps) = &surface.maps {
             let sample = match patch {
                 None => pixel_sample((tile, None), surface, at, &mut points),
                 Some(patch) => patch_sample(tile, surface, &patch, at, &mut points),
             };
-            return sample.is_some_and(|sample| {
-                light.add(tile, (place, 1.0), &sample, rgba);
-                true
-            });
+            let Some(sample) = sample else { return false };
+            let normals = Normals::new(&sample, maps);
+            // Sub-pixels see less of what varies.
+            if tile.frame.filter.per_pixel > 1 && normals.outdo_lobe(tile, &sample) {
+                return false;
+            }
+            light.add(tile, (place, 1.0), (&sample, &normals), rgba);
+            return true;
         }
         let colour = match patch {
             None => pixel_colour((tile, gather_minified), surface, at, &mut points),
