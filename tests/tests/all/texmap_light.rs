@@ -264,7 +264,7 @@ fn a_bumpy_plane_neither_sparkles_nor_fades_as_it_goes_away() {
         println!("roughness {roughness}: {line:5.1?} dB");
         let worst = line.iter().copied().fold(f64::INFINITY, f64::min);
         assert!(
-            worst >= 33.0,
+            worst >= 38.5,
             "roughness {roughness}: {worst:.1} dB from the truth"
         );
     }

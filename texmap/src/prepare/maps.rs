@@ -355,10 +355,15 @@ pub(crate) fn mean_normal(texel: Vec4) -> (Vec3, f32) {
     (mean, variance)
 }
 
-/// The variance within a square of `side` texels where it is no larger than a texel: normals change evenly there.
+/// How wide lobes are made at places that stand for squares of a texel, as a part of what bilinear mixes vary there. Normals of single places vary as
+/// much as all normals do already, so that anything more blurs; but a few of them miss the rarest highlights. With 0.1 glossy random bumps are 26 to
+/// 33 dB from their truth, with 0 they are 26 to 32, with 0.2 25 to 33, and with 0.5 22 to 30.
+const WITHIN: f32 = 0.1;
+
+/// The variance to give a place that stands for a square of `side` texels, which is no larger than a texel.
 #[inline(always)]
 pub(crate) fn variance_within(texel: Vec4, side2: f32) -> f32 {
-    0.5 * (1.0 - texel.w - ROUNDING).max(0.0) * side2.min(1.0)
+    WITHIN * (1.0 - texel.w - ROUNDING).max(0.0) * side2.min(1.0)
 }
 
 /// Calls a function for every texel of some rows, with its number among them and its numbers as in the file, 0..=1.
