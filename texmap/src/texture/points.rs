@@ -16,6 +16,7 @@ use crate::prepare::mip::{Level, Pyramid};
 use crate::texture::ellipse::{
     Covariance, Gathered, MOST_TOGETHER, PIXEL_VARIANCE, PixelOnTexture, TexelEllipse,
 };
+use crate::texture::magnified;
 
 /// Where the Gaussian is cut, standard deviations. The covariance is widened before by what the cut takes away.
 const CUT: f32 = 3.25;
@@ -31,10 +32,26 @@ const LEAST_VARIANCE: f32 = 0.5;
 /// sharpness across the direction of strong foreshortening.
 const MAX_TEXELS: f32 = 1024.0;
 
-/// Returns true if the texture is minified at a pixel, by more than `share` of what points need.
-pub(crate) fn is_minified(pixel: &PixelOnTexture, share: f32) -> bool {
+/// Returns true if the texels around a pixel are gathered, minified or magnified.
+pub(crate) fn is_gathered(pixel: &PixelOnTexture) -> bool {
+    is_minified(pixel) || magnified::is_small(pixel)
+}
+
+/// Gathers the texels around a pixel; `None` where they are many and magnified along one axis.
+pub(crate) fn gather(pixel: &PixelOnTexture, simd: Vectors) -> Option<Gathered> {
+    if is_minified(pixel) {
+        return gather_minified(pixel, simd);
+    }
+    let mut colours = [Vec4::ZERO];
+    let texels = magnified::gather(pixel, &[pixel.pyramid], simd, &mut colours)?;
+    let [rgba] = colours;
+    Some(Gathered { rgba, texels })
+}
+
+/// Returns true if the texture is minified at a pixel, by more than points need.
+pub(crate) fn is_minified(pixel: &PixelOnTexture) -> bool {
     let of_full = covariance(pixel, &pixel.pyramid.levels[0]);
-    of_full.eigenvalues()[0] >= share * LEAST_VARIANCE
+    of_full.eigenvalues()[0] >= LEAST_VARIANCE
 }
 
 /// The texels around a pixel by its Gaussian alone, without the texture's kernel: `None` where no texel is near.
@@ -62,7 +79,7 @@ pub(crate) fn gather_minified(pixel: &PixelOnTexture, simd: Vectors) -> Option<G
     ellipse(pixel, level, covariance)?.gather_level(level, pyramid.wrap, simd)
 }
 
-/// As [`gather_minified`], of textures that are [alike](Pyramid::is_alike) and lie as the pixel's own does: their colours, and
+/// As [`gather`], of textures that are [alike](Pyramid::is_alike) and lie as the pixel's own does: their colours, and
 /// how many texels were looked at.
 pub(crate) fn gather_together(
     pixel: &PixelOnTexture,
@@ -70,7 +87,9 @@ pub(crate) fn gather_together(
     simd: Vectors,
     colours: &mut [Vec4],
 ) -> Option<u32> {
-    let (index, covariance) = coarsest(pixel)?;
+    let Some((index, covariance)) = coarsest(pixel) else {
+        return magnified::gather(pixel, pyramids, simd, colours);
+    };
     let own = &pixel.pyramid.levels[index];
     let mut levels = [own; MOST_TOGETHER];
     let levels = &mut levels[..pyramids.len()];
@@ -181,13 +200,14 @@ mod tests {
     fn textures_gathered_together_are_those_gathered_alone_to_the_bit() {
         let pyramids = [noise(1, true), noise(2, false), noise(3, true)];
         let together: Vec<&Pyramid> = pyramids.iter().collect();
-        // Minified slightly, much, along one axis, beyond the last level, and magnified.
+        // Minified slightly, much, along one axis, beyond the last level; magnified, and too long for that.
         let jacobians = [
             [1.9, 0.3, -0.2, 1.7],
             [9.0, 2.0, 1.0, 7.0],
             [40.0, 3.0, 0.0, 1.8],
             [900.0, 0.0, 0.0, 900.0],
             [0.5, 0.0, 0.0, 0.5],
+            [0.1, 0.0, 0.0, 9.0],
         ];
         for (case, jacobian) in jacobians.into_iter().enumerate() {
             for simd in SimdLevel::ALL.map(SimdLevel::resolve) {
@@ -202,8 +222,8 @@ mod tests {
                 };
                 let mut colours = [Vec4::ZERO; 3];
                 let found = gather_together(&on(together[0]), &together, simd, &mut colours);
-                assert_eq!(found.is_some(), case < 4, "case {case}");
-                let alone = together.iter().map(|p| gather_minified(&on(p), simd));
+                assert_eq!(found.is_some(), case < 5, "case {case}");
+                let alone = together.iter().map(|p| gather(&on(p), simd));
                 let mut texels = 0;
                 for (colour, alone) in colours.into_iter().zip(alone.flatten()) {
                     let bits = |colour: Vec4| colour.to_array().map(f32::to_bits);

@@ -14,7 +14,7 @@ use crate::light::layers::LayerInputs;
 use crate::light::lobe::Surrounding;
 use crate::light::physical::{Inputs, reflect};
 use crate::prepare::layers::{Layers, Shares};
-use crate::prepare::maps::{mean_normal, variance_within};
+use crate::prepare::maps::{mean_normal, variance_magnified, variance_within};
 use crate::prepare::{
     COAT, GLASS, MAPS, METALS, NORMALS, PreparedPhysical, REFLECTION, ROUGHNESS, SHEEN,
 };
@@ -83,8 +83,24 @@ pub(crate) struct SurfaceSample<'a> {
     pub(crate) base: Vec4,
     pub(crate) emissive: Vec4,
     pub(crate) maps: [Vec4; MAPS],
-    /// Texels across the pixel, squared, where the normal map is magnified.
-    pub(crate) magnified: Option<f32>,
+    pub(crate) normals: NormalMap,
+}
+
+/// A normal map under a pixel.
+#[derive(Clone, Copy)]
+pub(crate) enum NormalMap {
+    /// Its texel is the mean of many.
+    Minified,
+    /// Its texel is the mean of few.
+    Magnified {
+        /// Texels across the pixel, squared, the mean of both axes.
+        side2: f32,
+    },
+    /// Its texel is that of the pixel's middle.
+    LookedUp {
+        /// Texels along the longer axis of the pixel, squared.
+        long2: f32,
+    },
 }
 
 /// The normals of a surface under a pixel.
@@ -108,9 +124,12 @@ impl Normals {
     pub(crate) fn new(sample: &SurfaceSample, maps: &SurfaceMaps) -> Self {
         let (mut normal, mut variance) = (Vec3::Z, 0.0);
         if maps.maps[NORMALS].is_some() {
-            (normal, variance) = mean_normal(sample.maps[NORMALS]);
-            if let Some(side2) = sample.magnified {
-                variance = variance_within(sample.maps[NORMALS], side2);
+            let texel = sample.maps[NORMALS];
+            (normal, variance) = mean_normal(texel);
+            match sample.normals {
+                NormalMap::Minified => (),
+                NormalMap::Magnified { side2 } => variance = variance_magnified(texel, side2),
+                NormalMap::LookedUp { long2 } => variance = variance_within(texel, long2),
             }
         }
         let (normal, slopes) = turned(sample.surface, maps, sample.at_px, normal);

@@ -23,7 +23,7 @@ use crate::screen::{
     BORDER_PX, LANES, NONE, SPAN_HEIGHT, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH, value,
 };
 use crate::texture::ellipse::PixelOnTexture;
-use crate::texture::points::is_minified;
+use crate::texture::points::is_gathered;
 use crate::tile::task::{Tile, centre_px, subpixel_px};
 use crate::tile::visible::{Cell, Cells, Visible};
 use crate::visibility::edges::Edges;
@@ -180,8 +180,8 @@ fn find_patches_like(tile: &Tile, first: usize, visible: &Visible, patches: &mut
         at_px,
         uv: surface.uv_at(planes, at_px),
     };
-    // Far from minified there, none of the others is likely to be.
-    if !is_minified_at(tile, &reference.uv, planes.pyramid, 0.5) {
+    // Where its texels are not gathered there, those of the others are not likely to be.
+    if !is_gathered_at(tile, &reference.uv, planes.pyramid) {
         return;
     }
     patches.found.resize(TILE_WIDTH * TILE_HEIGHT, None);
@@ -204,19 +204,19 @@ fn find_patches_like(tile: &Tile, first: usize, visible: &Visible, patches: &mut
                 light: moments.light[x],
             });
             patches.found[y * TILE_WIDTH + x] =
-                patch.filter(|patch| is_minified_at(tile, &patch.at, planes.pyramid, 1.0));
+                patch.filter(|patch| is_gathered_at(tile, &patch.at, planes.pyramid));
         }
     }
 }
 
-fn is_minified_at(tile: &Tile, at: &UvAt, pyramid: usize, share: f32) -> bool {
+fn is_gathered_at(tile: &Tile, at: &UvAt, pyramid: usize) -> bool {
     let pyramid = &tile.frame.scene.pyramids[pyramid];
     let pixel = PixelOnTexture {
         pyramid,
         at: *at,
         over_w_slope: [0.0; 2],
     };
-    is_minified(&pixel, share)
+    is_gathered(&pixel)
 }
 
 /// Fills the fields with what every sub-pixel of the reference's mesh shows, in rows of pixels of the span.

@@ -12,8 +12,8 @@ use crate::prepare::{MAPS, NORMALS};
 use crate::project::surface::{MapPlanes, Surface, UvAt, UvPlanes};
 use crate::screen::{SPAN_HEIGHT, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
 use crate::texture::ellipse::{Gathered, MOST_TOGETHER, PixelOnTexture};
-use crate::texture::points::{gather_minified, gather_together, is_minified};
-use crate::tile::light::{LightBatch, Normals, SurfaceSample, lit, shaded};
+use crate::texture::points::{gather, gather_together, is_minified};
+use crate::tile::light::{LightBatch, NormalMap, Normals, SurfaceSample, lit, shaded};
 use crate::tile::patches::{Patch, Patches};
 use crate::tile::task::{Tile, centre_px};
 use crate::tile::visible::{Cell, Cells, Visible};
@@ -73,7 +73,7 @@ pub(crate) fn lay_points<'a>(
             return true;
         }
         let colour = match patch {
-            None => pixel_colour((tile, gather_minified), surface, at, &mut points),
+            None => pixel_colour((tile, gather), surface, at, &mut points),
             Some(patch) => patch_colour(tile, surface, &patch, at, &mut points),
         };
         match colour {
@@ -160,7 +160,7 @@ fn patch_colour(
 }
 
 /// The means of the base texture and of those maps (by their pyramids) that are alike; `None` where the base texture is
-/// magnified.
+/// not gathered.
 fn gathered_as_base(
     tile: &Tile,
     pixel: &PixelOnTexture,
@@ -216,24 +216,31 @@ fn patch_sample<'a>(
         }
     }
     let maps = maps.map(|texel| texel.unwrap_or(Vec4::ZERO));
+    let normals = match &maps_of_light[NORMALS] {
+        Some(map) => {
+            let per_base = map.per_base.unwrap_or([1.0; 2]);
+            filtered_normals(&footprint.pixel(map.pyramid, per_base))
+        }
+        None => NormalMap::Minified,
+    };
     Some(SurfaceSample {
         surface,
         at_px,
         base,
         emissive,
         maps,
-        magnified: None,
+        normals,
     })
 }
 
 /// The means of the textures of a surface at a pixel, each gathered by `gather`; by points, alike ones together.
 pub(crate) fn pixel_sample<'a>(
-    (tile, gather): (&Tile, Option<Gather>),
+    (tile, look_up): (&Tile, Option<Gather>),
     surface: &'a Surface,
     at_px: [f32; 2],
     texels: &mut u64,
 ) -> Option<SurfaceSample<'a>> {
-    let alone = gather.unwrap_or(gather_minified);
+    let alone = look_up.unwrap_or(gather);
     let filtered =
         |planes: Option<&UvPlanes>, pyramid: Option<usize>, texels: &mut u64| match planes {
             None => Some(Vec4::ONE),
@@ -250,7 +257,7 @@ pub(crate) fn pixel_sample<'a>(
     let emissive = filtered(surface.emissive.as_ref(), None, texels)?;
     let of_surface = surface.maps.as_ref()?;
     let (base, mut maps) = match &surface.base {
-        Some(planes) if gather.is_none() => {
+        Some(planes) if look_up.is_none() => {
             let like_base = of_surface.maps.each_ref().map(|map| match map {
                 Some(MapPlanes::LikeBase { pyramid }) => Some(*pyramid),
                 _ => None,
@@ -260,7 +267,7 @@ pub(crate) fn pixel_sample<'a>(
         }
         planes => (filtered(planes.as_ref(), None, texels)?, [None; MAPS]),
     };
-    let mut magnified = None;
+    let mut normals = NormalMap::Minified;
     for (k, texel) in maps.iter_mut().enumerate() {
         let planes = match &of_surface.maps[k] {
             None => continue,
@@ -274,7 +281,11 @@ pub(crate) fn pixel_sample<'a>(
         if k == NORMALS
             && let (Some(planes), Some(pyramid)) = (planes, pyramid)
         {
-            magnified = magnified_length2(tile, surface, planes, pyramid, at_px);
+            let pixel = tile.pixel_on(surface, (planes, pyramid), at_px);
+            normals = match look_up {
+                None => filtered_normals(&pixel),
+                Some(_) => normals_of_look_up(&pixel),
+            };
         }
     }
     Some(SurfaceSample {
@@ -283,27 +294,30 @@ pub(crate) fn pixel_sample<'a>(
         base,
         emissive,
         maps: maps.map(|texel| texel.unwrap_or(Vec4::ZERO)),
-        magnified,
+        normals,
     })
 }
 
-/// Texels across a pixel, squared, where a look-up takes them from the full texture.
-fn magnified_length2(
-    tile: &Tile,
-    surface: &Surface,
-    planes: &UvPlanes,
-    pyramid: usize,
-    at_px: [f32; 2],
-) -> Option<f32> {
-    let at = surface.uv_at(planes, at_px);
-    let pixel = PixelOnTexture {
-        pyramid: &tile.frame.scene.pyramids[pyramid],
-        at,
-        over_w_slope: [0.0; 2],
-    };
-    let [ux, uy, vx, vy] = at.jacobian;
-    let long2 = (ux * ux + vx * vx).max(uy * uy + vy * vy);
-    (!is_minified(&pixel, 1.0)).then_some(long2)
+/// A normal map whose texels are gathered.
+fn filtered_normals(pixel: &PixelOnTexture) -> NormalMap {
+    if is_minified(pixel) {
+        return NormalMap::Minified;
+    }
+    let squares = pixel.at.jacobian.map(|j| j * j);
+    NormalMap::Magnified {
+        side2: 0.5 * squares.iter().sum::<f32>(),
+    }
+}
+
+/// A normal map that is looked up: from the full texture where it is magnified.
+fn normals_of_look_up(pixel: &PixelOnTexture) -> NormalMap {
+    if is_minified(pixel) {
+        return NormalMap::Minified;
+    }
+    let [ux, uy, vx, vy] = pixel.at.jacobian;
+    NormalMap::LookedUp {
+        long2: (ux * ux + vx * vx).max(uy * uy + vy * vy),
+    }
 }
 
 /// A pixel on a smooth surface and its footprint on textures.
@@ -349,7 +363,7 @@ impl<'a> PatchFootprint<'a> {
             return Some(Vec4::ONE);
         };
         let pixel = self.pixel(pyramid, per_base);
-        let gathered = gather_minified(&pixel, self.tile.frame.simd)?;
+        let gathered = gather(&pixel, self.tile.frame.simd)?;
         *texels += u64::from(gathered.texels);
         Some(gathered.rgba)
     }
