@@ -8,7 +8,7 @@ use resample_core::simd::Vectors;
 
 use crate::options::Method;
 use crate::screen::TILE_WIDTH;
-use crate::texture::ellipse::{Gathered, PixelOnTexture, TexelEllipse};
+use crate::texture::ellipse::{Gathered, Laid, PixelOnTexture, TexelEllipse};
 use crate::texture::lookup::{nearest, reconstructed, trilinear};
 use crate::texture::points::{covariance_with, gather_by_pixel, gather_minified};
 use crate::tile::light::{LightBatch, Normals};
@@ -32,7 +32,7 @@ fn look_up<'a>(
     let method = tile.frame.options.method;
     let gather = gather_of(method);
     let seen_by = (tile.frame.filter, tile.frame.simd);
-    let mut texels = 0;
+    let mut laid = Laid::default();
     let mut light = LightBatch::default();
     let (mut by_row, mut fragments) = (Fragments::default(), Vec::new());
     direct.fill(cells, |rgba, pixel, cell| {
@@ -59,7 +59,7 @@ fn look_up<'a>(
             };
             if let Some(maps) = &surface.maps {
                 let gather = (tile, Some(gather));
-                if let Some(sample) = pixel_sample(gather, surface, fragment.at, &mut texels) {
+                if let Some(sample) = pixel_sample(gather, surface, fragment.at, &mut laid) {
                     let normals = Normals::new(&sample, maps);
                     let weighted = (place, fragment.weight);
                     light.add(tile, weighted, (&sample, &normals), rgba);
@@ -67,8 +67,8 @@ fn look_up<'a>(
                 continue;
             }
             // Where no texel is near, as between the points of a magnified texture, nothing is seen.
-            let colour = pixel_colour((tile, gather), surface, fragment.at, &mut texels)
-                .unwrap_or(Vec4::ZERO);
+            let colour =
+                pixel_colour((tile, gather), surface, fragment.at, &mut laid).unwrap_or(Vec4::ZERO);
             sum += fragment.weight * colour;
         }
         rgba[place] = (Vec4::from(rgba[place]) + sum).to_array();
@@ -76,8 +76,8 @@ fn look_up<'a>(
     });
     light.finish(tile, &mut direct.rgba);
     match method {
-        Method::Point => direct.points = texels,
-        _ => direct.looked_up = texels,
+        Method::Point => direct.laid = laid,
+        _ => direct.looked_up = laid.points,
     }
     direct
 }
@@ -118,18 +118,15 @@ fn gather_points(pixel: &PixelOnTexture, simd: Vectors) -> Option<Gathered> {
 /// The texel nearest to the pixel's centre.
 fn look_up_nearest(pixel: &PixelOnTexture) -> Gathered {
     let pyramid = pixel.pyramid;
-    Gathered {
-        rgba: nearest(&pyramid.levels[0], pyramid.wrap, pixel.at.u, pixel.at.v),
-        texels: 1,
-    }
+    Gathered::of_points(
+        nearest(&pyramid.levels[0], pyramid.wrap, pixel.at.u, pixel.at.v),
+        1,
+    )
 }
 
 /// Bilinear, or nearest where the material says so.
 fn look_up_bilinear(pixel: &PixelOnTexture) -> Gathered {
-    Gathered {
-        rgba: reconstructed(pixel.pyramid, pixel.at.u, pixel.at.v),
-        texels: 4,
-    }
+    Gathered::of_points(reconstructed(pixel.pyramid, pixel.at.u, pixel.at.v), 4)
 }
 
 /// Bilinear in two levels, mixed: the level follows the pixel's longer side.
@@ -139,10 +136,7 @@ fn look_up_trilinear(pixel: &PixelOnTexture) -> Gathered {
     if !(lod > 0.0) {
         return look_up_bilinear(pixel);
     }
-    Gathered {
-        rgba: trilinear(pixel.pyramid, lod, pixel.at.u, pixel.at.v),
-        texels: 8,
-    }
+    Gathered::of_points(trilinear(pixel.pyramid, lod, pixel.at.u, pixel.at.v), 8)
 }
 
 /// Elliptical weighted average.
@@ -163,7 +157,7 @@ fn look_up_ewa(pixel: &PixelOnTexture, simd: Vectors) -> Gathered {
     let mut out = ewa_in_level(pixel, first, simd);
     if share > 0.0 {
         let next = ewa_in_level(pixel, first + 1, simd);
-        out.texels += next.texels;
+        out.laid += next.laid;
         out.rgba = out.rgba.lerp(next.rgba, share);
     }
     out
@@ -173,10 +167,7 @@ fn ewa_in_level(pixel: &PixelOnTexture, index: usize, simd: Vectors) -> Gathered
     let pyramid = pixel.pyramid;
     let level = &pyramid.levels[index];
     if level.size == [1, 1] {
-        return Gathered {
-            rgba: level.texels.at(0),
-            texels: 1,
-        };
+        return Gathered::of_points(level.texels.at(0), 1);
     }
     let plain = covariance_with(pixel, level, [0.0; 2]);
     let [_, large] = plain.eigenvalues();

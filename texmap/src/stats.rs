@@ -46,8 +46,8 @@ pub struct FrameStats {
     pub tile_pairs: u64,
     /// Texels gathered as points, each counted for each pixel that it touches.
     pub points: u64,
-    /// Splats and look-ups: texels spread over a sub-pixel, each counted for each sub-pixel (for each pixel in
-    /// backward methods) that it touches.
+    /// Splats and look-ups: texels spread over a pixel or a sub-pixel, each counted for each pixel or sub-pixel that it
+    /// touches.
     pub splats: u64,
     /// Pixels that show something.
     pub pixels_touched: u64,

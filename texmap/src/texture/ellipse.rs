@@ -4,6 +4,8 @@
 //! texel, the offset that the Jacobian at the pixel would give is delta / (1 - h delta), and the area that the texel
 //! stands for changes by the third power of the same factor (Sherman and Morrison on the homography's rows).
 
+use std::ops::AddAssign;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x8, f32x16};
 use fearless_simd_macros::simd;
@@ -32,12 +34,35 @@ pub(crate) struct PixelOnTexture<'a> {
     pub(crate) over_w_slope: [f32; 2],
 }
 
+/// Texels that were looked at, each counted for each pixel.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Laid {
+    pub(crate) points: u64,
+    /// Magnified ones.
+    pub(crate) splats: u64,
+}
+
+impl AddAssign for Laid {
+    fn add_assign(&mut self, more: Self) {
+        self.points += more.points;
+        self.splats += more.splats;
+    }
+}
+
 /// A gathered colour.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Gathered {
     pub(crate) rgba: Vec4,
-    /// Texels looked at.
-    pub(crate) texels: u32,
+    pub(crate) laid: Laid,
+}
+
+impl Gathered {
+    /// Of so many texels as points.
+    pub(crate) fn of_points(rgba: Vec4, texels: u32) -> Self {
+        let (points, splats) = (u64::from(texels), 0);
+        let laid = Laid { points, splats };
+        Self { rgba, laid }
+    }
 }
 
 /// A covariance (xx, xy, yy), texels squared.
@@ -185,7 +210,7 @@ impl TexelEllipse {
         let mut sums = LevelSum::<S, K>::new(simd, level, wrap);
         let (texels, total) = self.weigh(simd, &mut sums)?;
         let rgba = sums.mean(total);
-        Some(Gathered { rgba, texels })
+        Some(Gathered::of_points(rgba, texels))
     }
 
     /// Adds every texel of the footprint to `sums`, with its weight. Returns the number of texels and their total weight.

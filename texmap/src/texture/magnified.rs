@@ -18,7 +18,7 @@ use resample_mesh::scene::{Magnify, Wrap};
 use crate::prepare::level::wrapped;
 use crate::prepare::mip::{Level, LevelTexels, Pyramid};
 use crate::screen::{IOTA, LANES};
-use crate::texture::ellipse::{PIXEL_VARIANCE, PixelOnTexture};
+use crate::texture::ellipse::{Laid, PIXEL_VARIANCE, PixelOnTexture};
 use crate::texture::taps::Kind;
 
 /// Most texels along an axis: two differences of sixteen.
@@ -104,11 +104,14 @@ pub(crate) fn gather(
     pyramids: &[&Pyramid],
     vectors: Vectors,
     colours: &mut [Vec4],
-) -> Option<u32> {
+) -> Option<Laid> {
     let footprint = Footprint::new(pixel)?;
     dispatch!(vectors, simd => gather_weighted(simd, &footprint, pyramids, colours));
     let [columns, rows] = footprint.count;
-    Some((columns * rows * pyramids.len()) as u32)
+    Some(Laid {
+        points: 0,
+        splats: (columns * rows * pyramids.len()) as u64,
+    })
 }
 
 /// By line of texels, and texel of the line.

@@ -14,7 +14,7 @@ use resample_mesh::scene::Magnify;
 
 use crate::prepare::mip::{Level, Pyramid};
 use crate::texture::ellipse::{
-    Covariance, Gathered, MOST_TOGETHER, PIXEL_VARIANCE, PixelOnTexture, TexelEllipse,
+    Covariance, Gathered, Laid, MOST_TOGETHER, PIXEL_VARIANCE, PixelOnTexture, TexelEllipse,
 };
 use crate::texture::magnified;
 
@@ -43,9 +43,9 @@ pub(crate) fn gather(pixel: &PixelOnTexture, simd: Vectors) -> Option<Gathered> 
         return gather_minified(pixel, simd);
     }
     let mut colours = [Vec4::ZERO];
-    let texels = magnified::gather(pixel, &[pixel.pyramid], simd, &mut colours)?;
+    let laid = magnified::gather(pixel, &[pixel.pyramid], simd, &mut colours)?;
     let [rgba] = colours;
-    Some(Gathered { rgba, texels })
+    Some(Gathered { rgba, laid })
 }
 
 /// Returns true if the texture is minified at a pixel, by more than points need.
@@ -71,10 +71,7 @@ pub(crate) fn gather_minified(pixel: &PixelOnTexture, simd: Vectors) -> Option<G
     let (index, covariance) = coarsest(pixel)?;
     let level = &pyramid.levels[index];
     if level.size == [1, 1] {
-        return Some(Gathered {
-            rgba: level.texels.at(0),
-            texels: 1,
-        });
+        return Some(Gathered::of_points(level.texels.at(0), 1));
     }
     ellipse(pixel, level, covariance)?.gather_level(level, pyramid.wrap, simd)
 }
@@ -86,7 +83,7 @@ pub(crate) fn gather_together(
     pyramids: &[&Pyramid],
     simd: Vectors,
     colours: &mut [Vec4],
-) -> Option<u32> {
+) -> Option<Laid> {
     let Some((index, covariance)) = coarsest(pixel) else {
         return magnified::gather(pixel, pyramids, simd, colours);
     };
@@ -96,16 +93,17 @@ pub(crate) fn gather_together(
     for (level, pyramid) in levels.iter_mut().zip(pyramids) {
         *level = &pyramid.levels[index];
     }
-    let count = levels.len() as u32;
+    let count = levels.len() as u64;
+    let points = |points| Laid { points, splats: 0 };
     if own.size == [1, 1] {
         for (colour, level) in colours.iter_mut().zip(levels) {
             *colour = level.texels.at(0);
         }
-        return Some(count);
+        return Some(points(count));
     }
     let ellipse = ellipse(pixel, own, covariance)?;
     let texels = ellipse.gather_levels(levels, pixel.pyramid.wrap, simd, colours)?;
-    Some(count * texels)
+    Some(points(count * u64::from(texels)))
 }
 
 /// The footprint in a level.
@@ -224,13 +222,15 @@ mod tests {
                 let found = gather_together(&on(together[0]), &together, simd, &mut colours);
                 assert_eq!(found.is_some(), case < 5, "case {case}");
                 let alone = together.iter().map(|p| gather(&on(p), simd));
-                let mut texels = 0;
+                let mut texels = Laid::default();
                 for (colour, alone) in colours.into_iter().zip(alone.flatten()) {
                     let bits = |colour: Vec4| colour.to_array().map(f32::to_bits);
                     assert_eq!(bits(colour), bits(alone.rgba), "case {case}");
-                    texels += alone.texels;
+                    texels += alone.laid;
                 }
-                assert_eq!(found.unwrap_or(0), texels, "case {case}");
+                let found = found.unwrap_or_default();
+                assert_eq!(found.points, texels.points, "case {case}");
+                assert_eq!(found.splats, texels.splats, "case {case}");
             }
         }
     }

@@ -79,7 +79,8 @@ pub(crate) fn draw_tile(
         Some(look_up) => look_up(tile, (visible, cells, edges), &mut buffers.direct),
     };
     let subpixels = lay_splats(tile, (visible, edges, direct), &mut buffers.subpixels);
-    (image.points, image.splats) = (direct.points, direct.looked_up + subpixels.splats);
+    image.points = direct.laid.points;
+    image.splats = direct.laid.splats + direct.looked_up + subpixels.splats;
     image.accumulate_ms = start.elapsed_ms();
 
     let start = ThreadClock::start();

@@ -63,8 +63,8 @@ pub(crate) fn planes(
     buffers: &mut PlaneBuffers,
 ) -> Vec<f32> {
     let mut points = [1.0; TILE_WIDTH * TILE_HEIGHT];
-    let from_subpixels = direct.from_subpixels.iter();
-    from_subpixels.for_each(|&pixel| points[usize::from(pixel)] = 0.0);
+    let of_splats = direct.from_subpixels.iter().chain(&direct.magnified);
+    of_splats.for_each(|&pixel| points[usize::from(pixel)] = 0.0);
     let PlaneBuffers { nearest, fragments } = buffers;
     fragments.clear();
     let seen = Seen {

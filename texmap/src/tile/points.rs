@@ -1,4 +1,4 @@
-//! Pixels that are computed directly: those whose whole filter lies on one plane, minified, gather texels as points.
+//! Pixels that are computed directly: those whose whole filter lies on one plane gather texels, minified ones as points and magnified ones as splats.
 //!
 //! Every other pixel is left to sub-pixels, each of which sums the splats of the texels around the place that it shows; the
 //! pixel's Gaussian filters them down, so that each surface counts by its own coverage and nothing hidden counts. Both are
@@ -11,7 +11,7 @@ use crate::prepare::mip::Pyramid;
 use crate::prepare::{MAPS, NORMALS};
 use crate::project::surface::{MapPlanes, Surface, UvAt, UvPlanes};
 use crate::screen::{SPAN_HEIGHT, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
-use crate::texture::ellipse::{Gathered, MOST_TOGETHER, PixelOnTexture};
+use crate::texture::ellipse::{Gathered, Laid, MOST_TOGETHER, PixelOnTexture};
 use crate::texture::points::{gather, gather_together, is_minified};
 use crate::tile::light::{LightBatch, NormalMap, Normals, SurfaceSample, lit, shaded};
 use crate::tile::patches::{Patch, Patches};
@@ -25,8 +25,10 @@ use crate::visibility::filter::{AROUND, around};
 pub(crate) struct DirectPixels {
     /// Linear premultiplied; 0 where the pixel is left to sub-pixels or shows nothing.
     pub(crate) rgba: Vec<[f32; 4]>,
-    /// Texels gathered as points.
-    pub(crate) points: u64,
+    /// Texels gathered.
+    pub(crate) laid: Laid,
+    /// Pixels of the tile that are computed directly and whose texels are magnified.
+    pub(crate) magnified: Vec<u16>,
     /// Texels looked up.
     pub(crate) looked_up: u64,
     /// Pixels of the tile that are left to sub-pixels.
@@ -46,7 +48,9 @@ pub(crate) fn lay_points<'a>(
     direct: &'a mut DirectPixels,
 ) -> &'a DirectPixels {
     let mut light = LightBatch::default();
-    let mut points = 0;
+    let mut laid = Laid::default();
+    let mut magnified = std::mem::take(&mut direct.magnified);
+    magnified.clear();
     direct.fill(cells, |rgba, pixel, cell| {
         let (id, patch) = match (cell, patches.at(pixel)) {
             (Cell::Plane(id), _) => (id, None),
@@ -58,10 +62,11 @@ pub(crate) fn lay_points<'a>(
         };
         let at = centre_px(pixel);
         let place = pixel[1] * TILE_WIDTH + pixel[0];
+        let splats = laid.splats;
         if let Some(maps) = &surface.maps {
             let sample = match patch {
-                None => pixel_sample((tile, None), surface, at, &mut points),
-                Some(patch) => patch_sample(tile, surface, &patch, at, &mut points),
+                None => pixel_sample((tile, None), surface, at, &mut laid),
+                Some(patch) => patch_sample(tile, surface, &patch, at, &mut laid),
             };
             let Some(sample) = sample else { return false };
             let normals = Normals::new(&sample, maps);
@@ -70,20 +75,26 @@ pub(crate) fn lay_points<'a>(
                 return false;
             }
             light.add(tile, (place, 1.0), (&sample, &normals), rgba);
+            if laid.splats > splats {
+                magnified.push(place as u16);
+            }
             return true;
         }
         let colour = match patch {
-            None => pixel_colour((tile, gather), surface, at, &mut points),
-            Some(patch) => patch_colour(tile, surface, &patch, at, &mut points),
+            None => pixel_colour((tile, gather), surface, at, &mut laid),
+            Some(patch) => patch_colour(tile, surface, &patch, at, &mut laid),
         };
         match colour {
             Some(colour) => rgba[place] = colour.to_array(),
             None => return false,
         }
+        if laid.splats > splats {
+            magnified.push(place as u16);
+        }
         true
     });
     light.finish(tile, &mut direct.rgba);
-    direct.points = points;
+    (direct.laid, direct.magnified) = (laid, magnified);
     direct
 }
 
@@ -96,10 +107,11 @@ impl DirectPixels {
     ) {
         self.rgba.clear();
         self.rgba.resize(TILE_WIDTH * TILE_HEIGHT, [0.0; 4]);
-        (self.points, self.looked_up) = (0, 0);
+        (self.laid, self.looked_up) = (Laid::default(), 0);
         self.wanted.clear();
         self.wanted.resize(SPAN_WIDTH * SPAN_HEIGHT, false);
         self.from_subpixels.clear();
+        self.magnified.clear();
         for y in 0..TILE_HEIGHT {
             for x in 0..TILE_WIDTH {
                 let cell = cells.under_filter[y * TILE_WIDTH + x];
@@ -125,7 +137,7 @@ pub(crate) fn pixel_colour(
     (tile, gather): (&Tile, Gather),
     surface: &Surface,
     at: [f32; 2],
-    texels: &mut u64,
+    laid: &mut Laid,
 ) -> Option<Vec4> {
     let mut filtered = |planes: &Option<UvPlanes>| match planes {
         None => Some(Vec4::ONE),
@@ -134,7 +146,7 @@ pub(crate) fn pixel_colour(
                 &tile.pixel_on(surface, (planes, planes.pyramid), at),
                 tile.frame.simd,
             )?;
-            *texels += u64::from(gathered.texels);
+            *laid += gathered.laid;
             Some(gathered.rgba)
         }
     };
@@ -148,14 +160,14 @@ fn patch_colour(
     surface: &Surface,
     patch: &Patch,
     at_px: [f32; 2],
-    texels: &mut u64,
+    laid: &mut Laid,
 ) -> Option<Vec4> {
     let footprint = PatchFootprint::new(tile, surface, patch, at_px);
     let of = |planes: &Option<UvPlanes>| planes.as_ref().map(|planes| planes.pyramid);
-    let base = footprint.gathered(of(&surface.base), [1.0; 2], texels)?;
+    let base = footprint.gathered(of(&surface.base), [1.0; 2], laid)?;
     let material = surface.material(tile.frame.scene);
     let per_base = material.emissive_per_base.unwrap_or([1.0; 2]);
-    let emissive = footprint.gathered(of(&surface.emissive), per_base, texels)?;
+    let emissive = footprint.gathered(of(&surface.emissive), per_base, laid)?;
     Some(shaded(tile, surface, at_px, patch.light, base, emissive))
 }
 
@@ -165,7 +177,7 @@ fn gathered_as_base(
     tile: &Tile,
     pixel: &PixelOnTexture,
     maps: [Option<usize>; MAPS],
-    texels: &mut u64,
+    laid: &mut Laid,
 ) -> Option<(Vec4, [Option<Vec4>; MAPS])> {
     let mut pyramids = [pixel.pyramid; MOST_TOGETHER];
     let mut colours = [Vec4::ZERO; MOST_TOGETHER];
@@ -180,7 +192,7 @@ fn gathered_as_base(
     }
     let simd = tile.frame.simd;
     let found = gather_together(pixel, &pyramids[..count], simd, &mut colours)?;
-    *texels += u64::from(found);
+    *laid += found;
     Some((colours[0], places.map(|place| Some(colours[place?]))))
 }
 
@@ -190,7 +202,7 @@ fn patch_sample<'a>(
     surface: &'a Surface,
     patch: &Patch,
     at_px: [f32; 2],
-    texels: &mut u64,
+    laid: &mut Laid,
 ) -> Option<SurfaceSample<'a>> {
     let material = surface.material(tile.frame.scene);
     let footprint = PatchFootprint::new(tile, surface, patch, at_px);
@@ -203,16 +215,16 @@ fn patch_sample<'a>(
     let (base, mut maps) = match of(&surface.base) {
         Some(pyramid) => {
             let pixel = footprint.pixel(pyramid, [1.0; 2]);
-            gathered_as_base(tile, &pixel, like_base, texels)?
+            gathered_as_base(tile, &pixel, like_base, laid)?
         }
         None => (Vec4::ONE, [None; MAPS]),
     };
     let per_base = material.emissive_per_base.unwrap_or([1.0; 2]);
-    let emissive = footprint.gathered(of(&surface.emissive), per_base, texels)?;
+    let emissive = footprint.gathered(of(&surface.emissive), per_base, laid)?;
     for (texel, map) in maps.iter_mut().zip(maps_of_light) {
         if let (None, Some(map)) = (*texel, map) {
             let per_base = map.per_base.unwrap_or([1.0; 2]);
-            *texel = Some(footprint.gathered(Some(map.pyramid), per_base, texels)?);
+            *texel = Some(footprint.gathered(Some(map.pyramid), per_base, laid)?);
         }
     }
     let maps = maps.map(|texel| texel.unwrap_or(Vec4::ZERO));
@@ -238,23 +250,23 @@ pub(crate) fn pixel_sample<'a>(
     (tile, look_up): (&Tile, Option<Gather>),
     surface: &'a Surface,
     at_px: [f32; 2],
-    texels: &mut u64,
+    laid: &mut Laid,
 ) -> Option<SurfaceSample<'a>> {
     let alone = look_up.unwrap_or(gather);
-    let filtered =
-        |planes: Option<&UvPlanes>, pyramid: Option<usize>, texels: &mut u64| match planes {
-            None => Some(Vec4::ONE),
-            Some(planes) => {
-                let pyramid = pyramid.unwrap_or(planes.pyramid);
-                let gathered = alone(
-                    &tile.pixel_on(surface, (planes, pyramid), at_px),
-                    tile.frame.simd,
-                )?;
-                *texels += u64::from(gathered.texels);
-                Some(gathered.rgba)
-            }
-        };
-    let emissive = filtered(surface.emissive.as_ref(), None, texels)?;
+    let filtered = |planes: Option<&UvPlanes>, pyramid: Option<usize>, laid: &mut Laid| match planes
+    {
+        None => Some(Vec4::ONE),
+        Some(planes) => {
+            let pyramid = pyramid.unwrap_or(planes.pyramid);
+            let gathered = alone(
+                &tile.pixel_on(surface, (planes, pyramid), at_px),
+                tile.frame.simd,
+            )?;
+            *laid += gathered.laid;
+            Some(gathered.rgba)
+        }
+    };
+    let emissive = filtered(surface.emissive.as_ref(), None, laid)?;
     let of_surface = surface.maps.as_ref()?;
     let (base, mut maps) = match &surface.base {
         Some(planes) if look_up.is_none() => {
@@ -263,9 +275,9 @@ pub(crate) fn pixel_sample<'a>(
                 _ => None,
             });
             let pixel = tile.pixel_on(surface, (planes, planes.pyramid), at_px);
-            gathered_as_base(tile, &pixel, like_base, texels)?
+            gathered_as_base(tile, &pixel, like_base, laid)?
         }
-        planes => (filtered(planes.as_ref(), None, texels)?, [None; MAPS]),
+        planes => (filtered(planes.as_ref(), None, laid)?, [None; MAPS]),
     };
     let mut normals = NormalMap::Minified;
     for (k, texel) in maps.iter_mut().enumerate() {
@@ -276,7 +288,7 @@ pub(crate) fn pixel_sample<'a>(
         };
         let pyramid = of_surface.maps[k].as_ref().map(MapPlanes::pyramid);
         if texel.is_none() {
-            *texel = Some(filtered(planes, pyramid, texels)?);
+            *texel = Some(filtered(planes, pyramid, laid)?);
         }
         if k == NORMALS
             && let (Some(planes), Some(pyramid)) = (planes, pyramid)
@@ -357,14 +369,14 @@ impl<'a> PatchFootprint<'a> {
         &self,
         pyramid: Option<usize>,
         per_base: [f32; 2],
-        texels: &mut u64,
+        laid: &mut Laid,
     ) -> Option<Vec4> {
         let Some(pyramid) = pyramid else {
             return Some(Vec4::ONE);
         };
         let pixel = self.pixel(pyramid, per_base);
         let gathered = gather(&pixel, self.tile.frame.simd)?;
-        *texels += u64::from(gathered.texels);
+        *laid += gathered.laid;
         Some(gathered.rgba)
     }
 
