@@ -32,11 +32,6 @@ const LEAST_VARIANCE: f32 = 0.5;
 /// sharpness across the direction of strong foreshortening.
 const MAX_TEXELS: f32 = 1024.0;
 
-/// Returns true if the texels around a pixel are gathered, minified or magnified.
-pub(crate) fn is_gathered(pixel: &PixelOnTexture) -> bool {
-    is_minified(pixel) || magnified::is_small(pixel)
-}
-
 /// Gathers the texels around a pixel; `None` where they are many and magnified along one axis.
 pub(crate) fn gather(pixel: &PixelOnTexture, simd: Vectors) -> Option<Gathered> {
     if is_minified(pixel) {

@@ -23,7 +23,8 @@ use crate::screen::{
     BORDER_PX, LANES, NONE, SPAN_HEIGHT, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH, value,
 };
 use crate::texture::ellipse::PixelOnTexture;
-use crate::texture::points::is_gathered;
+use crate::texture::magnified::is_small;
+use crate::texture::points::is_minified;
 use crate::tile::task::{Tile, centre_px, subpixel_px};
 use crate::tile::visible::{Cell, Cells, Visible};
 use crate::visibility::edges::Edges;
@@ -181,7 +182,9 @@ fn find_patches_like(tile: &Tile, first: usize, visible: &Visible, patches: &mut
         uv: surface.uv_at(planes, at_px),
     };
     // Where its texels are not gathered there, those of the others are not likely to be.
-    if !is_gathered_at(tile, &reference.uv, planes.pyramid) {
+    let is_lit = surface.maps.is_some();
+    let is_gathered = |at: &UvAt| is_gathered_at(tile, at, (planes.pyramid, is_lit));
+    if !is_gathered(&reference.uv) {
         return;
     }
     patches.found.resize(TILE_WIDTH * TILE_HEIGHT, None);
@@ -203,20 +206,20 @@ fn find_patches_like(tile: &Tile, first: usize, visible: &Visible, patches: &mut
                 at,
                 light: moments.light[x],
             });
-            patches.found[y * TILE_WIDTH + x] =
-                patch.filter(|patch| is_gathered_at(tile, &patch.at, planes.pyramid));
+            patches.found[y * TILE_WIDTH + x] = patch.filter(|patch| is_gathered(&patch.at));
         }
     }
 }
 
-fn is_gathered_at(tile: &Tile, at: &UvAt, pyramid: usize) -> bool {
+/// Returns true if the texels of a surface, which is lit or not, are gathered at a place.
+fn is_gathered_at(tile: &Tile, at: &UvAt, (pyramid, is_lit): (usize, bool)) -> bool {
     let pyramid = &tile.frame.scene.pyramids[pyramid];
     let pixel = PixelOnTexture {
         pyramid,
         at: *at,
         over_w_slope: [0.0; 2],
     };
-    is_gathered(&pixel)
+    is_minified(&pixel) || is_lit && is_small(&pixel)
 }
 
 /// Fills the fields with what every sub-pixel of the reference's mesh shows, in rows of pixels of the span.

@@ -1,4 +1,4 @@
-//! Pixels that are computed directly: those whose whole filter lies on one plane gather texels, minified ones as points and magnified ones as splats.
+//! Pixels that are computed directly: those whose whole filter lies on one plane gather texels, minified ones as points and, where a surface is lit, magnified ones as splats.
 //!
 //! Every other pixel is left to sub-pixels, each of which sums the splats of the texels around the place that it shows; the
 //! pixel's Gaussian filters them down, so that each surface counts by its own coverage and nothing hidden counts. Both are
@@ -12,7 +12,7 @@ use crate::prepare::{MAPS, NORMALS};
 use crate::project::surface::{MapPlanes, Surface, UvAt, UvPlanes};
 use crate::screen::{SPAN_HEIGHT, SPAN_WIDTH, TILE_HEIGHT, TILE_WIDTH};
 use crate::texture::ellipse::{Gathered, Laid, MOST_TOGETHER, PixelOnTexture};
-use crate::texture::points::{gather, gather_together, is_minified};
+use crate::texture::points::{gather, gather_minified, gather_together, is_minified};
 use crate::tile::light::{LightBatch, NormalMap, Normals, SurfaceSample, lit, shaded};
 use crate::tile::patches::{Patch, Patches};
 use crate::tile::task::{Tile, centre_px};
@@ -62,8 +62,8 @@ pub(crate) fn lay_points<'a>(
         };
         let at = centre_px(pixel);
         let place = pixel[1] * TILE_WIDTH + pixel[0];
-        let splats = laid.splats;
         if let Some(maps) = &surface.maps {
+            let splats = laid.splats;
             let sample = match patch {
                 None => pixel_sample((tile, None), surface, at, &mut laid),
                 Some(patch) => patch_sample(tile, surface, &patch, at, &mut laid),
@@ -81,15 +81,13 @@ pub(crate) fn lay_points<'a>(
             return true;
         }
         let colour = match patch {
-            None => pixel_colour((tile, gather), surface, at, &mut laid),
+            // Without light the splats of sub-pixels, which neighbours share, take less time.
+            None => pixel_colour((tile, gather_minified), surface, at, &mut laid),
             Some(patch) => patch_colour(tile, surface, &patch, at, &mut laid),
         };
         match colour {
             Some(colour) => rgba[place] = colour.to_array(),
             None => return false,
-        }
-        if laid.splats > splats {
-            magnified.push(place as u16);
         }
         true
     });
