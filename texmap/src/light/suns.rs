@@ -10,6 +10,7 @@ use std::sync::LazyLock;
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use glam::Vec3;
+use resample_core::narrow::cell;
 
 use crate::light::around::{LEVELS, roughness_of_level};
 use crate::screen::LANES;
@@ -173,8 +174,8 @@ fn shape_of_bumps<S: Simd>(simd: S, of_bumps: f32x16<S>, away: f32x16<S>) -> f32
     let table = &**SHAPE;
     let mut out = [1.0; LANES];
     for lane in 0..LANES {
-        let row = (rows[lane] as usize).min(SIDE - 2);
-        let column = (columns[lane] as usize).min(SIDE - 2);
+        let row = cell(rows[lane]).min(SIDE - 2);
+        let column = cell(columns[lane]).min(SIDE - 2);
         let (down, right) = (rows[lane] - row as f32, columns[lane] - column as f32);
         let first = row * SIDE + column;
         let mixed = |place: usize| table[place] + (table[place + 1] - table[place]) * right;

@@ -12,6 +12,7 @@ use fearless_simd::{f32x4, f32x16};
 use fearless_simd_macros::simd;
 use glam::Vec4;
 use resample_core::dispatch;
+use resample_core::narrow::cell;
 use resample_core::simd::{Vectors, exp2};
 use resample_mesh::scene::{Magnify, Wrap};
 
@@ -80,7 +81,7 @@ impl Footprint {
                 return None;
             }
             footprint.first[axis] = first as i32;
-            footprint.count[axis] = (last - first) as usize + 1;
+            footprint.count[axis] = cell(last - first) + 1;
             footprint.centre[axis] = middle - first;
         }
         Some(footprint)

@@ -7,6 +7,7 @@ use fearless_simd::{f32x4, f32x16};
 use fearless_simd_macros::simd;
 use glam::{Vec3, Vec4};
 use resample_core::dispatch;
+use resample_core::narrow::cell;
 use resample_core::simd::Vectors;
 
 use crate::light::around::{Blurred, LEVELS, add_from_level, roughness_of_level};
@@ -79,7 +80,7 @@ impl Pyramid {
             let density = alpha * alpha / (4.0 * std::f32::consts::PI * spread * spread);
             let apart = 1.0 / (count as f32 * density);
             let lod = (0.5 * (apart / texel).log2()).clamp(0.0, last);
-            let first = (lod as usize).min(self.count - 2);
+            let first = cell(lod).min(self.count - 2);
             let weight = 4.0 * visibility(light.z, 1.0, alpha) * light.z;
             let share = lod - first as f32;
             whole += weight;

@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use std::f32::consts::{PI, TAU};
 
 use glam::Vec3;
+use resample_core::narrow::cell;
 use resample_mesh::scene::Surroundings;
 
 use crate::light::suns::{MOST, Sun};
@@ -190,18 +191,18 @@ impl Grid {
     /// The pixels within an angle of a direction, and a few more.
     fn near(&self, middle: Vec3, reach_rad: f32) -> impl Iterator<Item = usize> {
         let (width, height) = (self.width, self.height);
-        let row = (middle.y.clamp(-1.0, 1.0).acos() / PI * height as f32) as usize;
-        let rows = (reach_rad / PI * height as f32).ceil() as usize + 1;
+        let row = cell(middle.y.clamp(-1.0, 1.0).acos() / PI * height as f32);
+        let rows = cell((reach_rad / PI * height as f32).ceil()) + 1;
         let rows = row.saturating_sub(rows)..(row + rows + 1).min(height);
         let turn = middle.x.atan2(-middle.z) / TAU + 0.5;
-        let column = (turn * width as f32) as usize;
+        let column = cell(turn * width as f32);
         let sine = (1.0 - middle.y * middle.y).max(0.0).sqrt();
         rows.flat_map(move |y| {
             // The law of cosines on the sphere: how far a row lies within the angle to either side.
             let [sin, cos] = self.rows[y];
             let cosine = (reach_rad.cos() - cos * middle.y) / (sin * sine).max(f32::MIN_POSITIVE);
             let half = cosine.clamp(-1.0, 1.0).acos() / TAU * width as f32;
-            let half = half.ceil() as usize + 1;
+            let half = cell(half.ceil()) + 1;
             let (first, count) = (column + width - half, (2 * half + 1).min(width));
             (first..first + count).map(move |x| y * width + x % width)
         })

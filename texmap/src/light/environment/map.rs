@@ -6,6 +6,7 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
+use resample_core::narrow::cell;
 
 use crate::light::around::{Blurred, folded, square_from_direction};
 use crate::screen::LANES;
@@ -81,7 +82,7 @@ impl Map {
         let last = self.side as f32;
         let [x, y] = place.map(|at| at * last + 0.5);
         let (x0, y0) = (x.floor().clamp(0.0, last), y.floor().clamp(0.0, last));
-        let first = y0 as usize * (self.side + 2) + x0 as usize;
+        let first = cell(y0) * (self.side + 2) + cell(x0);
         let row = |at: usize| self.texels[at].lerp(self.texels[at + 1], x - x0);
         row(first).lerp(row(first + self.side + 2), y - y0)
     }
