@@ -72,7 +72,7 @@ pub(super) struct LookedAt<S: Simd> {
 }
 
 impl<S: Simd> LookedAt<S> {
-    /// How much of a sun both lack.
+    /// The part of a sun that the blurred surroundings of these looks lack.
     #[inline(always)]
     fn lack(&self, simd: S, sun: &Sun) -> f32x16<S> {
         let splat = |x: f32| f32x16::splat(simd, x);

@@ -67,7 +67,8 @@ impl Sun {
         // Variances along one axis of normals and of the disc, a quarter of its radius squared.
         let spread = variance.max(zero) * half + splat(2.0 * self.alpha2);
         let mean = cosine * (one - variance * half).max(zero);
-        // The mean of what is positive of a Gaussian is its deviation over the root of 2 pi where its middle is 0; far from there it is the middle, or 0.
+        // Normals that face away reflect nothing. The mean of max(x, 0), for x of a Gaussian, is its deviation over the root of 2 pi if the Gaussian's mean is
+        // 0. A hyperbola has this value there, and tends to the mean, or to 0, far away.
         let root = (mean * mean + spread * sine2 * splat(2.0 / PI)).sqrt();
         (mean + root) * half
     }

@@ -355,9 +355,9 @@ pub(crate) fn mean_normal(texel: Vec4) -> (Vec3, f32) {
     (mean, variance)
 }
 
-/// How wide lobes are made at places that stand for squares of a texel, as a part of what bilinear mixes vary there. Normals of single places vary as
-/// much as all normals do already, so that anything more blurs; but a few of them miss the rarest highlights. With 0.1 glossy random bumps are 26 to
-/// 33 dB from their truth, with 0 they are 26 to 32, with 0.2 25 to 33, and with 0.5 22 to 30.
+/// The part of the variance within a texel that widens the lobe at a single place. Single places vary as much as all normals do, so that a wider lobe blurs
+/// twice; but a few places miss the rarest highlights. With 0.1 glossy random bumps are 26 to 33 dB from their truth, with 0 they are 26 to 32, with 0.2 25
+/// to 33, and with 0.5 22 to 30.
 const WITHIN: f32 = 0.1;
 
 /// The variance to give a place that stands for a square of `side` texels, which is no larger than a texel.

@@ -211,7 +211,7 @@ mod tests {
                         v: 3.2,
                         jacobian,
                     },
-                    over_w_slope: [0.01, -0.02],
+                    over_w_slope: [0.001, -0.0015],
                 };
                 let mut colours = [Vec4::ZERO; 3];
                 let found = gather_together(&on(together[0]), &together, simd, &mut colours);

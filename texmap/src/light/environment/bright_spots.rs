@@ -1,8 +1,9 @@
 //! Small bright lights of a picture of surroundings, found and taken out of it.
 //!
-//! A light is what lies within one of [`CORES_RAD`] of the middle of a bright spot, above what lies around it. The smaller it is, the more of all
-//! light it holds and the brighter it is than what is around, the more of it is taken out: all or nothing would make a picture jump when a light changes
-//! a little. Limits: [`MOST`] lights, round ones; larger and longer ones stay in the picture.
+//! A light is a bright spot that lies within one of [`CORES_RAD`] of its middle. Only the radiance that it has above its surroundings is taken out. A
+//! spot counts wholly if it is small, holds much of all light, and is much brighter than its surroundings. Between these limits a part of it
+//! is taken out, so that a picture does not jump when a light changes a little. Limits: [`MOST`] lights, round ones; larger and longer ones
+//! stay in the picture.
 
 use std::borrow::Cow;
 use std::f32::consts::{PI, TAU};
@@ -22,8 +23,8 @@ const RING: f32 = 1.8;
 /// Radii, as parts of the core's, between which a light becomes too large for it. A guess.
 const LARGE: [f32; 2] = [0.45, 0.65];
 
-/// Parts of all light, and ratios of brightness to what is around, between which a light begins to count. Guesses: below, nobody
-/// misses a highlight.
+/// A light counts from the first to the second of these parts of all light, and of these ratios of its radiance to that around it. Guesses: nobody
+/// misses the highlight of a weaker one.
 const PART: [f32; 2] = [0.01, 0.02];
 const CONTRAST: [f32; 2] = [8.0, 16.0];
 
@@ -36,8 +37,9 @@ pub(super) struct Spot {
     /// Pixels, and half the angle that they fill.
     pub(super) core: Vec<usize>,
     pub(super) core_rad: f32,
-    /// The radiance around the light, and how much of what is above it is taken out.
+    /// The mean radiance around the light.
     around: Vec3,
+    /// The part of the light that is taken out of the picture, 0 to 1.
     share: f32,
 }
 
@@ -111,7 +113,7 @@ fn candidates(picture: &Surroundings) -> Vec<Spot> {
     spots
 }
 
-/// Marks what is connected with a pixel and at least half as bright.
+/// Marks the pixels around a bright pixel that are at least half as bright and connected with it.
 fn leave_aside(picture: &Surroundings, from: usize, looked_at: &mut [bool]) {
     let (width, height) = (picture.width, picture.height);
     let least = 0.5 * bright(&picture.rgb[from]);

@@ -45,7 +45,7 @@ pub(crate) struct Environment {
     pub(crate) sky: Option<Map>,
 }
 
-/// A studio that has been made, by the instructions that it was made with.
+/// A studio, and the name of the vector instructions that made it.
 type Kept = (&'static str, Arc<Environment>);
 
 /// Studios of this process: many scenes stand in the same one.
@@ -65,7 +65,7 @@ impl Environment {
         let kept = || STUDIOS.lock().unwrap_or_else(PoisonError::into_inner);
         let same = |kept: &&Kept| kept.0 == vectors.name();
         let found = kept().iter().find(same).map(|kept| kept.1.clone());
-        // Nobody waits for the studio with the lock held: threads that make it at the same time make the same.
+        // The lock is not held meanwhile. Two threads may make the studio at the same time; both make the same one.
         found.unwrap_or_else(|| {
             let made = make();
             kept().push((vectors.name(), made.clone()));
@@ -150,7 +150,7 @@ impl Source {
         self.spots.into_iter().map(|spot| spot.sun).collect()
     }
 
-    /// Takes the lights that a level is the first to lack out of the picture. Returns false if there are no such lights.
+    /// Takes those lights out of the picture that are first missing in a level. Returns false if there are no such lights.
     fn take_out_suns(&mut self, level: usize) -> bool {
         let Some(picture) = &mut self.picture else {
             return false;
@@ -169,7 +169,7 @@ impl Source {
         is_changed
     }
 
-    /// Draws a map anew where a level is the first to lack lights.
+    /// Draws a map anew where lights are first missing in a level.
     fn redraw(&self, map: &mut Map, level: usize, vectors: Vectors) {
         let leaving = self
             .spots
