@@ -61,6 +61,14 @@ struct Ready {
     planned_for: Option<Camera>,
 }
 
+impl Ready {
+    /// Whether frames show what the view shows, at any exactness.
+    fn has_look_of(&self, view: &View) -> bool {
+        (&self.changes, &self.transfer, &self.labels, self.step)
+            == (&view.changes, &view.transfer, &view.labels, view.step)
+    }
+}
+
 impl OpenedScene {
     /// Reads the files.
     pub(crate) fn open(words: Words, verbosity: Verbosity) -> Result<Self> {
@@ -421,6 +429,10 @@ impl OpenedScene {
 
     /// The point under a place of a view, px; null where that is nothing.
     pub(crate) fn probe(&mut self, view: &View, at: [f64; 2]) -> Result<Value> {
+        // A thumbnail may have been the last frame.
+        if !(self.ready.as_ref()).is_some_and(|ready| ready.has_look_of(view)) {
+            self.prepare(view, Exactness::Fast)?;
+        }
         let (camera, _) = self.camera(view)?;
         let inside = |place: f64, side: u32| place.floor().clamp(0.0, f64::from(side) - 1.0);
         let (x, y) = (inside(at[0], camera.width), inside(at[1], camera.height));

@@ -211,6 +211,55 @@ fn samples_are_the_sheets_that_a_ray_meets() {
     );
 }
 
+/// The depths before which half of a pixel's opacity lies, camera z.
+fn medians(scalars: &Volume, look: &TransferFunction, slab_voxels: f64) -> Vec<f32> {
+    let middle = DVec3::splat(8.0);
+    let camera = orthographic(middle - 40.0 * DVec3::Z, middle, 8.0, [4, 4]);
+    let options = with_field(RenderOptions::default(), |field| {
+        field.slab_voxels = slab_voxels
+    });
+    let mut renderer = Renderer::new(scalars, look, &options).expect("valid options");
+    let mut planes = renderer
+        .layers(&camera, &[Layer::MedianDepth])
+        .expect("a plane");
+    assert_eq!(planes[0].name, "depth.median", "channel");
+    planes.remove(0).values
+}
+
+#[test]
+fn half_of_the_opacity_lies_before_the_median_depth() {
+    let fog = volume([17, 17, 17], DAffine3::IDENTITY, |_| 0.5);
+    for opacity in [0.02f64, 0.3] {
+        // The fog has half of the greatest opacity.
+        let passed = |voxels: f64| (1.0 - 0.5 * opacity).powf(voxels);
+        let half = (0.5 * (1.0 + passed(16.0))).ln() / passed(1.0).ln();
+        for slab_voxels in [0.125, 0.25, 1.0] {
+            let found = medians(&fog, &coloured(opacity), slab_voxels);
+            // The last sheets of a ray are cut at its end: less than one is in doubt at either side.
+            assert!(
+                found
+                    .iter()
+                    .all(|&z| (f64::from(z) - 32.0 - half).abs() < 0.6 * slab_voxels),
+                "half of {opacity} lies before {half}: {found:?}"
+            );
+        }
+    }
+    let nothing = medians(&fog, &coloured(0.0), 0.25);
+    assert!(nothing.iter().all(|&z| z == f32::INFINITY), "{nothing:?}");
+    // A veil that takes a tenth, and a wall behind it at z = 10: the wall is chosen, at every thickness.
+    let veiled = volume([17, 17, 17], DAffine3::IDENTITY, |p| {
+        if p.z < 10.0 { 0.25 } else { 0.75 }
+    });
+    let look = transfer(&[(0.0, [1.0; 3])], &[(0.0, 0.01), (0.7, 0.01), (0.75, 1.0)]);
+    for slab_voxels in [0.125, 0.25, 1.0] {
+        let found = medians(&veiled, &look, slab_voxels);
+        assert!(
+            found.iter().all(|&z| (z - 42.0).abs() < 1.1),
+            "{found:?} is not the wall"
+        );
+    }
+}
+
 #[test]
 fn other_ways_of_drawing_say_that_they_have_none() {
     let fog = volume([9, 9, 9], DAffine3::IDENTITY, |_| 0.5);

@@ -32,6 +32,11 @@ pub enum Layer {
     /// World units; +infinity where the ray meets nothing that the transfer function shows. The opacity-weighted mean is
     /// the picture's own depth.
     FirstHit,
+    /// Camera z before which half of the ray's opacity lies: channel depth.median
+    ///
+    /// World units; +infinity where the ray meets nothing. Faint samples before a surface do not move it, as they do the
+    /// first hit.
+    MedianDepth,
     /// Mean normal, towards the eye, times opacity: channels normal.X, normal.Y, normal.Z
     ///
     /// The mean of the samples' unit normals, weighted by their share of the pixel: minus the gradient of the scalar, in
@@ -49,6 +54,7 @@ pub enum Layer {
 #[derive(Clone, Copy, Debug)]
 struct Traced {
     first: f64,
+    median: f64,
     normal: DVec3,
     samples: u32,
 }
@@ -93,6 +99,9 @@ impl FieldPipeline {
                 Layer::FirstHit => {
                     planes.push(plane("depth.first", &|traced| traced.first * self.length))
                 }
+                Layer::MedianDepth => {
+                    planes.push(plane("depth.median", &|traced| traced.median * self.length))
+                }
                 Layer::Normal => {
                     planes.push(plane("normal.X", &|traced| traced.normal.x));
                     planes.push(plane("normal.Y", &|traced| traced.normal.y));
@@ -129,6 +138,23 @@ struct Tracer<'a> {
     world_from_gradient: DMat3,
     /// Camera z between which all bricks lie.
     reach: [f64; 2],
+}
+
+/// Where the transmittance passes the middle between 1 and its last value. Each sheet of this thickness counts as
+/// fading evenly.
+fn median(passed: &[[f64; 2]], thickness: f64) -> f64 {
+    let Some([_, last]) = passed.last() else {
+        return f64::INFINITY;
+    };
+    let wanted = 0.5 * (1.0 + last);
+    let mut before = 1.0;
+    for [z, behind] in passed {
+        if *behind <= wanted && *behind < before {
+            return z + thickness * ((before - wanted) / (before - behind) - 0.5);
+        }
+        before = *behind;
+    }
+    f64::INFINITY
 }
 
 /// A sample that lies in a cell.
@@ -188,10 +214,13 @@ impl<'a> Tracer<'a> {
             thickness * self.ray_in_camera(direction).length() / self.settings.sheets.unit_in_world;
         let mut traced = Traced {
             first: f64::INFINITY,
+            median: f64::INFINITY,
             normal: DVec3::ZERO,
             samples: 0,
         };
         let mut transmittance = 1.0;
+        // The middle of each sheet that shows something, and the transmittance behind it.
+        let mut passed: Vec<[f64; 2]> = Vec::new();
         let mut number = (self.reach[0].max(self.view.near) / thickness - 0.5).ceil();
         while transmittance >= f64::from(self.settings.sheets.min_transmittance)
             && transmittance > 0.0
@@ -229,7 +258,9 @@ impl<'a> Tracer<'a> {
                 <= 0.0;
             traced.normal += transmittance * opacity * if towards_eye { normal } else { -normal };
             transmittance *= 1.0 - opacity;
+            passed.push([z, transmittance]);
         }
+        traced.median = median(&passed, thickness);
         traced
     }
 

@@ -130,7 +130,7 @@ impl OpenScene for OpenVolume {
     }
 
     fn probe(&mut self, pixel: &Camera) -> Result<Option<Probed>> {
-        let world = match self.renderer.layers(pixel, &[Layer::FirstHit]) {
+        let world = match self.renderer.layers(pixel, &[Layer::MedianDepth]) {
             Ok(planes) => {
                 let depth = planes.first().and_then(|plane| plane.values.first());
                 let depth = depth.filter(|depth| depth.is_finite());
