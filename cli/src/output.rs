@@ -8,7 +8,6 @@ use crate::values::word;
 pub use resample_io::names::FrameNames;
 pub(crate) use resample_io::write::exr::mark as exr_mark;
 pub use resample_io::write::png::Depth;
-pub(crate) use resample_io::write::png::mark as png_mark;
 pub use resample_io::write::{
     DEFAULT_FPS, Film, FilmKind, FilmPlan, Format, WriteFailure, check_name, check_new,
     check_not_input, check_not_inputs, check_writable, format_of, kind_of, make_folder, png_codes,

@@ -10,6 +10,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail};
 use resample_core::metrics::{Comparison, Mask, flip};
 use resample_core::{Image, metrics};
+use resample_io::rendered::{self, Pictures};
 use serde_json::{Value, json};
 
 use crate::args::CompareArgs;
@@ -17,8 +18,6 @@ use crate::measure::figures;
 use crate::measure::figures::{Better, FLICKER, METRICS, Steps};
 use crate::output;
 use crate::output::{Depth, Format};
-use crate::picture::input_picture;
-use crate::picture::input_picture::Pictures;
 use crate::process::report;
 
 /// Pictures were compared, and are farther apart than a bound: of `--fail-above`, or of a table.
@@ -97,7 +96,7 @@ fn compared(args: &CompareArgs) -> Result<Findings> {
     let mut findings: Option<Findings> = None;
     let mut steps = Steps::default();
     loop {
-        let (picture, reference) = match (pictures.next()?, references.next()?) {
+        let (picture, reference) = match (pictures.next_picture()?, references.next_picture()?) {
             (Some(picture), Some(reference)) => (picture, reference),
             (None, None) => break,
             (picture, _) => {
@@ -247,7 +246,7 @@ fn short(value: f64) -> String {
 
 /// Where a picture is lighter than middle grey, and not transparent.
 fn light_parts(path: &Path) -> Result<Mask> {
-    let picture = input_picture::read(path)?;
+    let picture = rendered::read(path)?;
     // Rec. 709 luminance of the picture on black; 0.2140 is the linear light of the sRGB code 0.5.
     let light = |p: &[f32; 4]| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2] > 0.2140;
     let inside: Vec<bool> = picture.rgba.iter().map(light).collect();

@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use resample_core::Image;
+use resample_io::rendered;
 
 use crate::args::JoinArgs;
 use crate::output;
 use crate::output::{Format, FrameNames};
 use crate::picture::bands::{Kind, PartMark};
-use crate::picture::{MAX_PIXELS, bands, input_picture};
+use crate::picture::{MAX_PIXELS, bands};
 use crate::process::report;
 use crate::process::report::Verbosity;
 use crate::values::{Grid, TileWord};
@@ -167,7 +168,7 @@ fn joined(tiles: &[Found]) -> Result<Image> {
             },
             mark.whole,
         )?;
-        let tile = input_picture::read_planes(path)?;
+        let tile = rendered::read_planes(path)?;
         if [tile.width, tile.height] != window.size() {
             bail!("{}: has not the size of its tile", path.display());
         }

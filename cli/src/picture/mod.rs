@@ -3,7 +3,6 @@
 //! Takes any renderer as a closure, a camera and a file name, gives what the stats file says about the picture.
 
 pub mod bands;
-pub(crate) mod input_picture;
 
 use std::path::PathBuf;
 

@@ -62,7 +62,7 @@ struct Ready {
 }
 
 impl Ready {
-    /// Whether frames show what the view shows, at any exactness.
+    /// True if the last frame has the look of the view, at any exactness.
     fn has_look_of(&self, view: &View) -> bool {
         (&self.changes, &self.transfer, &self.labels, self.step)
             == (&view.changes, &view.transfer, &view.labels, view.step)

@@ -37,7 +37,7 @@ pub mod write;
 
 pub use crate::picture::{Plane, Stored};
 pub use files::{MAX_PIXELS, Part};
-pub use formats::{exr, npy, ply, tiff};
+pub use formats::{exr, npy, ply, rendered, tiff};
 pub use gate::{Gate, Outside};
 pub use names::FrameNames;
 pub use names::listed;

@@ -6,6 +6,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, Result, bail};
 use resample_core::Camera;
 use resample_core::metrics::flip;
+use resample_io::rendered;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -20,7 +21,6 @@ use crate::measure::{Reference, Rendered, Time, figures};
 use crate::open::Opened;
 use crate::open::setting::Choices;
 use crate::output::{Depth, Format};
-use crate::picture::input_picture;
 use crate::plan::Purpose;
 use crate::process::report;
 use crate::process::report::Verbosity;
@@ -83,7 +83,7 @@ impl Beside {
         let exact_choices = ladders::exact(&scene.drawing);
         let mut exact = scene.opened(&exact_choices)?;
         let (image, rendered) = match &options.truth {
-            Some(path) => (input_picture::read(path)?, None),
+            Some(path) => (rendered::read(path)?, None),
             None => {
                 let rendered = measure::rendered(&mut exact, &camera)?;
                 (rendered.image.clone(), Some(rendered))

@@ -17,12 +17,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 use resample_core::Camera;
 use resample_core::simd::SimdLevel;
 use resample_io::files;
+use resample_io::rendered::{self, Content, Description};
 use serde_json::Value;
 
 use crate::output::{Film, FilmPlan, Format, FrameNames};
 use crate::picture::bands::{Kind, Next, PartMark, Window};
-use crate::picture::input_picture::{Content, Known};
-use crate::picture::{Drawn, Finish, RenderShot, Shot, bands, input_picture};
+use crate::picture::{Drawn, Finish, RenderShot, Shot, bands};
 use crate::plan::Request;
 use crate::plan::run_log::RunLog;
 use crate::process::interrupt::Interrupted;
@@ -235,11 +235,11 @@ fn todo<'a>(sequence: &Sequence<'a>) -> Result<(Vec<Todo<'a>>, usize)> {
 
 /// Returns true if a picture that exists is as this run would write it; says why where it is not.
 fn keeps(file: &Path, (camera, number): (&Camera, usize), sequence: &Sequence) -> Result<bool> {
-    let wrong = match input_picture::known(file) {
-        Err(error) => report::one_line(&error),
+    let wrong = match rendered::description(file) {
+        Err(error) => report::one_line(&error.into()),
         Ok(found) => {
             let (content, size) = sequence.shape(camera)?;
-            let expected = Known {
+            let expected = Description {
                 content,
                 size,
                 mark: sequence.mark_in_file(camera, number)?,

@@ -7,3 +7,4 @@ pub mod tiff;
 pub(crate) mod pfm;
 pub mod npy;
 pub mod ply;
+pub mod rendered;

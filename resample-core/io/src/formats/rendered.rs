@@ -1,28 +1,30 @@
-//! Pictures that are read: PNG, animated PNG, JPEG and OpenEXR, brought to linear light with premultiplied alpha.
+//! Pictures as the writers leave them: PNG, animated PNG, JPEG and OpenEXR, brought to linear light with premultiplied alpha.
 //!
 //! Takes the name of a file, or a pattern such as `out/a_%04d.png` that stands for numbered pictures, and gives one
 //! [`Image`] after another, so that an animation never lies in memory as a whole. The content decides the format.
 //! Limits: colour and alpha only, except tiles of a picture (`planes`); 8 bits in an animated PNG; no video.
 
+use std::fmt::Display;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, anyhow, bail};
-use exr::prelude::{
+use ::exr::prelude::{
     FlatSamples, MetaData, read_first_flat_layer_from_file, read_first_rgba_layer_from_file,
 };
 use image::codecs::jpeg::JpegDecoder;
 use image::codecs::png::PngDecoder;
 use image::{AnimationDecoder, DynamicImage, Frames, ImageDecoder, Limits};
-use resample_core::Image;
 use resample_core::image::{Plane, linear_from_srgb};
-use resample_io::files::first_bytes;
-use resample_io::{Gate, files};
+use resample_core::{Error, Image};
 
-use crate::output;
-use crate::output::{Depth, Format, FrameNames};
-use crate::picture::MAX_PIXELS;
+use crate::camera_file::MAX_PIXELS;
+use crate::files::{self, fault};
+use crate::formats::exr;
+use crate::gate::Gate;
+use crate::names::FrameNames;
+use crate::write::png::Depth;
+use crate::write::{self, Format};
 
 /// Most bytes of a part of a PNG that holds no pixels, such as a colour profile. A guess.
 const MAX_CHUNK_BYTES: u64 = 64 << 20;
@@ -31,7 +33,7 @@ const MAX_CHUNK_BYTES: u64 = 64 << 20;
 const PIXEL_BYTES: u64 = 8 + 16 + 16;
 
 /// The pictures of a file or of a numbered row of files, in order.
-pub(crate) struct Pictures {
+pub struct Pictures {
     source: Source,
     /// Pictures that were given.
     given: usize,
@@ -48,7 +50,7 @@ enum Source {
 
 impl Pictures {
     /// Opens `path`; errors in later pictures show when they are read.
-    pub(crate) fn open(path: &Path) -> Result<Self> {
+    pub fn open(path: &Path) -> Result<Self, Error> {
         let names = FrameNames::single(path)?;
         if matches!(names, FrameNames::Numbered { .. }) {
             return Ok(Self {
@@ -60,8 +62,11 @@ impl Pictures {
             Content::Exr | Content::Jpeg => Source::Still(path.to_owned()),
             Content::Png | Content::Png8 => {
                 let decoder = png(path)?;
-                if decoder.is_apng().with_context(|| broken(path))? {
-                    let frames = decoder.apng().with_context(|| broken(path))?.into_frames();
+                if decoder.is_apng().map_err(|error| broken(path, error))? {
+                    let frames = decoder
+                        .apng()
+                        .map_err(|error| broken(path, error))?
+                        .into_frames();
                     Source::Frames(path.to_owned(), frames)
                 } else {
                     Source::Still(path.to_owned())
@@ -72,7 +77,7 @@ impl Pictures {
     }
 
     /// The next picture, `None` after the last.
-    pub(crate) fn next(&mut self) -> Result<Option<Image>> {
+    pub fn next_picture(&mut self) -> Result<Option<Image>, Error> {
         let index = self.given;
         self.given += 1;
         match &mut self.source {
@@ -91,7 +96,7 @@ impl Pictures {
                 None => Ok(None),
                 Some(frame) => {
                     let frame =
-                        frame.with_context(|| format!("{}: picture {index}", path.display()))?;
+                        frame.map_err(|error| fault(path, format!("picture {index}: {error}")))?;
                     Ok(Some(linear(&DynamicImage::ImageRgba8(frame.into_buffer()))))
                 }
             },
@@ -100,12 +105,13 @@ impl Pictures {
 }
 
 /// The one picture of a file.
-pub(crate) fn read(path: &Path) -> Result<Image> {
+pub fn read(path: &Path) -> Result<Image, Error> {
     match content_of(path)? {
         Content::Exr => read_exr(path),
         Content::Jpeg => read_jpeg(path),
         Content::Png | Content::Png8 => {
-            let decoded = DynamicImage::from_decoder(png(path)?).with_context(|| broken(path))?;
+            let decoded =
+                DynamicImage::from_decoder(png(path)?).map_err(|error| broken(path, error))?;
             Ok(linear(&decoded))
         }
     }
@@ -113,7 +119,7 @@ pub(crate) fn read(path: &Path) -> Result<Image> {
 
 /// The content of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Content {
+pub enum Content {
     /// 8 bits a channel.
     Png8,
     /// 16 bits a channel, or fewer than 8.
@@ -126,7 +132,7 @@ pub(crate) enum Content {
 
 impl Content {
     /// The content that a format has.
-    pub(crate) fn of(format: Format) -> Self {
+    pub fn of(format: Format) -> Self {
         match format {
             Format::Png(Depth::Eight) => Self::Png8,
             Format::Png(Depth::Sixteen) => Self::Png,
@@ -136,7 +142,7 @@ impl Content {
     }
 }
 
-impl std::fmt::Display for Content {
+impl Display for Content {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Png8 => "a PNG of 8 bits",
@@ -149,16 +155,16 @@ impl std::fmt::Display for Content {
 
 /// A picture that could be decoded.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Known {
+pub struct Description {
     /// Its format.
-    pub(crate) content: Content,
+    pub content: Content,
     /// Width and height, px.
-    pub(crate) size: [usize; 2],
-    /// The mark that `output::write_marked_picture` left in it.
-    pub(crate) mark: Option<String>,
+    pub size: [usize; 2],
+    /// The mark that [`write::write_marked_picture`] left in it.
+    pub mark: Option<String>,
 }
 
-impl std::fmt::Display for Known {
+impl Display for Description {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let [width, height] = self.size;
         write!(f, "{} of {width}x{height} pixels", self.content)
@@ -166,9 +172,9 @@ impl std::fmt::Display for Known {
 }
 
 /// Decodes a picture, and tells what is known of it.
-pub(crate) fn known(path: &Path) -> Result<Known> {
+pub fn description(path: &Path) -> Result<Description, Error> {
     let (content, mark) = match content_of(path)? {
-        Content::Exr => (Content::Exr, output::exr_mark(path)),
+        Content::Exr => (Content::Exr, write::exr::mark(path)),
         Content::Jpeg => (Content::Jpeg, None),
         Content::Png | Content::Png8 => {
             let colour = png(path)?.color_type();
@@ -178,68 +184,64 @@ pub(crate) fn known(path: &Path) -> Result<Known> {
             } else {
                 Content::Png
             };
-            (content, output::png_mark(path))
+            (content, write::png::mark(path))
         }
     };
     let picture = read(path)?;
-    Ok(Known {
+    Ok(Description {
         content,
         size: [picture.width, picture.height],
         mark,
     })
 }
 
-fn content_of(path: &Path) -> Result<Content> {
-    match first_bytes(path, 8)?.as_slice() {
+fn content_of(path: &Path) -> Result<Content, Error> {
+    match files::first_bytes(path, 8)?.as_slice() {
         [0x89, b'P', b'N', b'G', ..] => Ok(Content::Png),
         [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Content::Exr),
         [0xff, 0xd8, 0xff, ..] => Ok(Content::Jpeg),
-        _ => bail!(
-            "{}: expected a PNG, a JPEG or an OpenEXR picture",
-            path.display()
-        ),
+        _ => Err(fault(path, "expected a PNG, a JPEG or an OpenEXR picture")),
     }
 }
 
 /// A decoder that refuses more pixels than a picture may have.
-fn png(path: &Path) -> Result<PngDecoder<BufReader<File>>> {
+fn png(path: &Path) -> Result<PngDecoder<BufReader<File>>, Error> {
     let (file, held) = files::open(path)?;
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(MAX_CHUNK_BYTES);
-    let decoder =
-        PngDecoder::with_limits(BufReader::new(file), limits).with_context(|| broken(path))?;
+    let decoder = PngDecoder::with_limits(BufReader::new(file), limits)
+        .map_err(|error| broken(path, error))?;
     let (width, height) = decoder.dimensions();
     check_pixels(path, u64::from(width), u64::from(height))?;
     let gate = Gate::default();
     let asked = gate.ask_unpacked(decoder.total_bytes(), held, "the pixels");
-    asked.map_err(|what| anyhow!("{}: {what}", path.display()))?;
+    asked.map_err(|what| fault(path, what))?;
     ask_floats(path, [width, height], held)?;
     Ok(decoder)
 }
 
 /// Asks for the memory of the pixels of a file that has `held` bytes.
-fn ask_floats(path: &Path, [width, height]: [u32; 2], held: u64) -> Result<()> {
+fn ask_floats(path: &Path, [width, height]: [u32; 2], held: u64) -> Result<(), Error> {
     let floats = u64::from(width) * u64::from(height) * PIXEL_BYTES;
     let asked = Gate::default().ask_unpacked(floats, held, "the pixels");
-    asked.map_err(|what| anyhow!("{}: {what}", path.display()))
+    asked.map_err(|what| fault(path, what))
 }
 
-fn read_jpeg(path: &Path) -> Result<Image> {
+fn read_jpeg(path: &Path) -> Result<Image, Error> {
     let (file, held) = files::open(path)?;
-    let decoder = JpegDecoder::new(BufReader::new(file)).with_context(|| broken(path))?;
+    let decoder = JpegDecoder::new(BufReader::new(file)).map_err(|error| broken(path, error))?;
     let (width, height) = decoder.dimensions();
     check_pixels(path, u64::from(width), u64::from(height))?;
     ask_floats(path, [width, height], held)?;
-    let decoded = DynamicImage::from_decoder(decoder).with_context(|| broken(path))?;
+    let decoded = DynamicImage::from_decoder(decoder).map_err(|error| broken(path, error))?;
     Ok(linear(&decoded))
 }
 
 /// Checks that an EXR file is whole and has no more pixels than a picture may have.
-fn check_exr(path: &Path) -> Result<()> {
-    let unreadable = |error: exr::error::Error| anyhow!("{}: {error}", broken(path));
+fn check_exr(path: &Path) -> Result<(), Error> {
+    let unreadable = |error: ::exr::error::Error| broken(path, error);
     let (file, _) = files::open(path)?;
-    resample_io::exr::check_all(BufReader::new(file))
-        .map_err(|what| anyhow!("{}: {what}", broken(path)))?;
+    exr::check_all(BufReader::new(file)).map_err(|what| broken(path, what))?;
     for header in &MetaData::read_from_file(path, false)
         .map_err(unreadable)?
         .headers
@@ -253,9 +255,9 @@ fn check_exr(path: &Path) -> Result<()> {
     Ok(())
 }
 
-fn read_exr(path: &Path) -> Result<Image> {
+fn read_exr(path: &Path) -> Result<Image, Error> {
     check_exr(path)?;
-    let unreadable = |error: exr::error::Error| anyhow!("{}: {error}", broken(path));
+    let unreadable = |error: ::exr::error::Error| broken(path, error);
     let read = read_first_rgba_layer_from_file(
         path,
         |size, _| Image::transparent(size.width(), size.height()),
@@ -267,21 +269,21 @@ fn read_exr(path: &Path) -> Result<Image> {
     Ok(read.map_err(unreadable)?.layer_data.channel_data.pixels)
 }
 
-fn check_pixels(path: &Path, width: u64, height: u64) -> Result<()> {
+fn check_pixels(path: &Path, width: u64, height: u64) -> Result<(), Error> {
     if width
         .checked_mul(height)
         .is_none_or(|pixels| pixels > MAX_PIXELS)
     {
-        bail!(
-            "{}: {width}x{height} are more than {MAX_PIXELS} pixels",
-            path.display()
-        );
+        return Err(fault(
+            path,
+            format!("{width}x{height} are more than {MAX_PIXELS} pixels"),
+        ));
     }
     Ok(())
 }
 
-fn broken(path: &Path) -> String {
-    format!("{}: not a picture that can be read", path.display())
+fn broken(path: &Path, error: impl Display) -> Error {
+    fault(path, format!("not a picture that can be read: {error}"))
 }
 
 /// From sRGB and straight alpha.
@@ -303,18 +305,18 @@ fn linear(picture: &DynamicImage) -> Image {
 }
 
 /// The picture in full precision.
-pub(crate) fn read_planes(path: &Path) -> Result<Image> {
+pub fn read_planes(path: &Path) -> Result<Image, Error> {
     check_exr(path)?;
     let layer = read_first_flat_layer_from_file(path)
-        .map_err(|error| anyhow!("{}: {error}", broken(path)))?
+        .map_err(|error| broken(path, error))?
         .layer_data;
     let mut image = Image::transparent(layer.size.width(), layer.size.height());
     for channel in layer.channel_data.list {
         let FlatSamples::F32(values) = channel.sample_data else {
-            bail!("{}: expected floating point of 32 bits", broken(path));
+            return Err(broken(path, "expected floating point of 32 bits"));
         };
         if values.len() != image.rgba.len() {
-            bail!("{}: its channels have unlike sizes", broken(path));
+            return Err(broken(path, "its channels have unlike sizes"));
         }
         let name = channel.name.to_string();
         match ["R", "G", "B", "A"].iter().position(|known| *known == name) {
@@ -332,8 +334,6 @@ pub(crate) fn read_planes(path: &Path) -> Result<Image> {
 
 #[cfg(test)]
 mod tests {
-    use crate::output::{self, Depth, Format};
-
     use super::*;
 
     fn picture() -> Image {
@@ -352,7 +352,7 @@ mod tests {
             ("b.png", Format::Png(Depth::Eight), 5e-3),
         ] {
             let path = folder.path().join(name);
-            output::write_picture(&path, format, &picture()).expect("written");
+            write::write_picture(&path, format, &picture()).expect("written");
             let back = read(&path).expect("read");
             assert_eq!((back.width, back.height), (3, 2), "{name}");
             for (a, b) in back
@@ -371,11 +371,11 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         for index in [0, 1, 3] {
             let path = folder.path().join(format!("f{index}.png"));
-            output::write_picture(&path, Format::Png(Depth::Eight), &picture()).expect("written");
+            write::write_picture(&path, Format::Png(Depth::Eight), &picture()).expect("written");
         }
         let mut pictures = Pictures::open(&folder.path().join("f%d.png")).expect("a pattern");
         let mut count = 0;
-        while pictures.next().expect("good").is_some() {
+        while pictures.next_picture().expect("good").is_some() {
             count += 1;
         }
         assert_eq!(count, 2, "0 and 1; 3 is not next");
@@ -386,7 +386,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.png");
         std::fs::write(&path, b"text").expect("written");
-        let complaint = format!("{:#}", read(&path).expect_err("no picture"));
+        let complaint = read(&path).expect_err("no picture").to_string();
         assert!(
             complaint.contains("a.png") && complaint.contains("expected a PNG"),
             "{complaint}"
