@@ -1,6 +1,6 @@
 //! The channels of an image and its points in time, as the file's metadata tells them.
 //!
-//! Microscopes write several channels into one file: OME-TIFF, ImageJ's stacks and OME-Zarr. Readers of these formats make the types of this
+//! Microscopes write several channels into one file: OME-TIFF, ImageJ's stacks, OME-Zarr and Imaris. Readers of these formats make the types of this
 //! file. Limits: components of vectors and colours are no channels.
 
 use std::path::Path;

@@ -13,7 +13,7 @@ use super::options::LoadOptions;
 use crate::Error;
 use crate::input::axes::ImageAxes;
 use crate::input::formats::{
-    meta_image, mgh, nifti, nrrd, picture_slices, tiff_stack, vti, vtk, zarr,
+    hdf5, meta_image, mgh, nifti, nrrd, picture_slices, tiff_stack, vti, vtk, zarr,
 };
 use crate::input::invalid;
 use crate::volume::{Volume, Voxels};
@@ -54,7 +54,7 @@ pub fn colours_of(path: &Path, options: &LoadOptions) -> Result<Option<usize>, E
     Ok(colours.filter(|count| matches!(count, 3 | 4)))
 }
 
-/// The names of the arrays of a file of VTK, which may hold several, and of the one that is read by default; empty for other formats.
+/// The names of the arrays of a file of VTK, HDF5 or NetCDF, which may hold several, and of the one that is read by default; empty for other formats.
 ///
 /// # Errors
 /// As [`crate::load`] has them for headers.
@@ -62,6 +62,7 @@ pub fn arrays_of(path: &Path) -> Result<(Vec<String>, Option<String>), Error> {
     match format::detect(path)? {
         Detected::Known(Format::Vti, _) => vti::array_names(path),
         Detected::Known(Format::Vtk, _) => vtk::array_names(path),
+        Detected::Known(Format::Hdf5 | Format::NetCdf, _) => hdf5::array_names(path),
         _ => Ok((Vec::new(), None)),
     }
 }
@@ -82,6 +83,7 @@ pub fn axes_of(path: &Path, options: &LoadOptions) -> Result<ImageAxes, Error> {
     let times = match format {
         Format::Tiff => return tiff_stack::axes(&files),
         Format::Zarr => return zarr::axes(path, options),
+        Format::Hdf5 | Format::NetCdf => return hdf5::axes(path, options),
         Format::Nifti => nifti::times(path)?,
         Format::Mgh => mgh::times(path)?,
         _ => 1,

@@ -1,7 +1,7 @@
 //! The format of a file, detected by its content and never by its name.
 //!
 //! Takes a path, reads its first bytes, and compares them with what each format must begin with. What is known but not
-//! read here, such as HDF5, is named too, so that the message can say more than "unknown".
+//! read here, such as glTF, is named too, so that the message can say more than "unknown".
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use crate::Error;
 use crate::input::decode::stored;
 use crate::input::formats::{
-    dicom, meta_image, mgh, mrc, nifti, npy, nrrd, picture_slices, tiff_stack, vti, vtk, zarr,
+    dicom, hdf5, meta_image, mgh, mrc, nifti, npy, nrrd, picture_slices, tiff_stack, vti, vtk, zarr,
 };
 use crate::input::{cannot_read, open, slices};
 
@@ -40,6 +40,10 @@ pub enum Format {
     Pictures,
     /// OME-Zarr or a plain Zarr array: a folder.
     Zarr,
+    /// Arrays in groups: HDF5 and NetCDF-4, Imaris, MINC 2, MATLAB 7.3.
+    Hdf5,
+    /// Classic NetCDF, MINC 1 among it.
+    NetCdf,
 }
 
 impl Format {
@@ -58,6 +62,8 @@ impl Format {
             Self::Mrc => "MRC map",
             Self::Pictures => "pictures",
             Self::Zarr => "OME-Zarr",
+            Self::Hdf5 => "HDF5",
+            Self::NetCdf => "NetCDF",
         }
     }
 }
@@ -74,20 +80,10 @@ pub(crate) enum Detected {
 /// Enough for every mark below: the latest one, of XML behind a comment, has no fixed place. A guess.
 const HEAD_BYTES: u64 = 4096;
 
-/// The way to draw a NetCDF file.
-const NETCDF: &str = "a NetCDF file: in Python, fr.volsplat(xarray.open_dataset(FILE)[NAME]) draws a variable, and numpy.save(\"a.npy\", ...) makes a file of it";
-
 /// Marks of formats that people may hand in and that are not read here, with what to do.
-const NOT_READ: [(&[u8], &str); 10] = [
+const NOT_READ: [(&[u8], &str); 6] = [
     (b"glTF", "a mesh (glTF): the command texmap draws it"),
     (b"ply\n", "a mesh (PLY): the command texmap draws it"),
-    (
-        b"\x89HDF\r\n\x1a\n",
-        "an HDF5 or NetCDF-4 file: in Python, fr.volsplat(xarray.open_dataset(FILE)[NAME]) draws a variable, and numpy.save(\"a.npy\", ...) makes a file of it",
-    ),
-    (b"CDF\x01", NETCDF),
-    (b"CDF\x02", NETCDF),
-    (b"CDF\x05", NETCDF),
     (
         b"PK\x03\x04",
         "a ZIP archive (.npz, .zip): unpack it and give one file of it",
@@ -228,6 +224,8 @@ fn known(head: &[u8]) -> Option<Format> {
         _ if meta_image::begins(head) => Some(Format::MetaImage),
         _ if mrc::begins(head) => Some(Format::Mrc),
         _ if mgh::begins(head) => Some(Format::Mgh),
+        _ if hdf5::begins_classic(head) => Some(Format::NetCdf),
+        _ if hdf5::begins(head) => Some(Format::Hdf5),
         _ => None,
     }
 }

@@ -16,7 +16,8 @@ use crate::input::file::{Parts, at, invalid};
 use crate::input::format;
 use crate::input::format::{Detected, Format};
 use crate::input::formats::{
-    dicom, meta_image, mgh, mrc, nifti, npy, nrrd, picture_slices, raw, tiff_stack, vti, vtk, zarr,
+    dicom, hdf5, meta_image, mgh, mrc, nifti, npy, nrrd, picture_slices, raw, tiff_stack, vti, vtk,
+    zarr,
 };
 use crate::input::options::{LoadOptions, replaced_lattice};
 use crate::source::{VoxelSource, Watch};
@@ -170,6 +171,7 @@ fn read(
         Format::Mrc => mrc::load(path, gate),
         Format::Pictures => picture_slices::load(files, path, options, components),
         Format::Zarr => zarr::load(path, options, components),
+        Format::Hdf5 | Format::NetCdf => hdf5::load(path, options, components),
     }
 }
 
@@ -177,7 +179,9 @@ fn read(
 fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Result<(), Error> {
     let has_components = matches!(
         format,
-        Format::MetaImage
+        Format::Hdf5
+            | Format::NetCdf
+            | Format::MetaImage
             | Format::Nifti
             | Format::Nrrd
             | Format::Pictures
@@ -188,9 +192,13 @@ fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Res
     );
     let has_times = matches!(
         format,
-        Format::Mgh | Format::Nifti | Format::Tiff | Format::Zarr
+        Format::Hdf5 | Format::Mgh | Format::NetCdf | Format::Nifti | Format::Tiff | Format::Zarr
     );
-    let has_arrays = matches!(format, Format::Vti | Format::Vtk);
+    let has_arrays = matches!(
+        format,
+        Format::Hdf5 | Format::NetCdf | Format::Vti | Format::Vtk
+    );
+    let has_levels = matches!(format, Format::Hdf5 | Format::Zarr);
     let given = [
         ("component", options.component.is_some() && !has_components),
         (
@@ -198,7 +206,7 @@ fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Res
             options.series.is_some() && format != Format::Dicom,
         ),
         ("array", options.array.is_some() && !has_arrays),
-        ("level", options.level.is_some() && format != Format::Zarr),
+        ("level", options.level.is_some() && !has_levels),
         ("time", options.time.is_some() && !has_times),
     ];
     match given.iter().find(|(_, superfluous)| *superfluous) {

@@ -1,6 +1,7 @@
 //! One folder or file for each format: takes a path, returns the parts of a volume, or where its voxels are stored.
 
 pub(crate) mod dicom;
+pub(crate) mod hdf5;
 pub(crate) mod nifti;
 pub(crate) mod nrrd;
 pub(crate) mod meta_image;

@@ -147,6 +147,17 @@ fn undone(packings: &[Packing], packed: &[u8], size: Size) -> Result<Vec<u8>, Fa
     Ok(bytes)
 }
 
+/// The bytes of a chunk of another format that is packed in one of these ways, at most so many.
+pub(crate) fn unpacked_chunk(
+    packing: Packing,
+    packed: &[u8],
+    most_bytes: usize,
+) -> Result<Vec<u8>, String> {
+    undone(&[packing], packed, Size::AtMost(most_bytes)).map_err(|fault| match fault {
+        Fault::Invalid(what) | Fault::Unsupported(what) | Fault::Option(what) => what,
+    })
+}
+
 fn deflated(packed: &[u8], size: Size) -> Result<(), String> {
     match size {
         Size::Exactly(needed) => check_expansion(needed as u64, packed.len() as u64),

@@ -8,7 +8,7 @@
 //! own code, because the crates for Zarr bring C libraries and more than a hundred crates along; compression is left to crates.
 //! Limits: local folders; numbers of 8 to 64 bits, no half floats; checksums are not compared.
 
-mod codecs;
+pub(crate) mod codecs;
 mod array;
 mod opened;
 mod unpacked;
