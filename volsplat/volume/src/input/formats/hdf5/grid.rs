@@ -53,7 +53,14 @@ pub(crate) fn drawable(root: &NcGroup) -> Vec<Found<'_>> {
     all
 }
 
-/// The array of a name, or the only one.
+/// The first of the largest arrays.
+pub(crate) fn largest<'a, 'b>(all: &'b [Found<'a>]) -> Option<&'b Found<'a>> {
+    let size = |found: &Found| found.shape().into_iter().fold(1, usize::saturating_mul);
+    let most = all.iter().map(size).max();
+    all.iter().find(|found| Some(size(found)) == most)
+}
+
+/// The array of a name, or the largest one.
 fn chosen<'a>(root: &'a NcGroup, name: Option<&str>) -> Result<Found<'a>, Fault> {
     let all = drawable(root);
     let names = || {
@@ -61,17 +68,11 @@ fn chosen<'a>(root: &'a NcGroup, name: Option<&str>) -> Result<Found<'a>, Fault>
         names.join(", ")
     };
     let Some(name) = name else {
-        return match all.as_slice() {
-            [one] => Ok(one.clone()),
-            [] => Err(unsupported(
-                "it holds no array of numbers with two axes or more",
-            )),
-            _ => Err(unsupported(format!(
-                "it holds {} arrays ({}): choose one with array=NAME",
-                all.len(),
-                names()
-            ))),
-        };
+        return largest(&all).cloned().ok_or_else(|| {
+            unsupported(
+                "it holds no array of integers, or of real numbers of 32 or 64 bits, with two axes or more",
+            )
+        });
     };
     let wanted = name.trim_matches('/');
     let whole = all.iter().find(|found| found.path == wanted);
@@ -174,6 +175,14 @@ pub(crate) fn plan(
     components: &[usize],
 ) -> Result<Plan, Fault> {
     let found = chosen(root, options.array.as_deref())?;
+    let others = drawable(root).len().saturating_sub(1);
+    if options.array.is_none() && others > 0 {
+        options.gate.remark(format!(
+            "of {} arrays, {} is read, the largest: #array=NAME names another",
+            others + 1,
+            found.path
+        ));
+    }
     let (shape, meanings) = (found.shape(), meanings(&found)?);
     let is_inner = |meaning: &Axis| matches!(meaning, Axis::Channel | Axis::Component);
     let (inner, time) = (

@@ -132,7 +132,7 @@ pub(crate) fn axes(path: &Path, options: &LoadOptions) -> Result<ImageAxes, Erro
     axes().map_err(|fault: Fault| fault.at(path))
 }
 
-/// The names of the arrays that may be drawn, and of the only one.
+/// The names of the arrays that may be drawn, and of the one that is read by default.
 pub(crate) fn array_names(path: &Path) -> Result<(Vec<String>, Option<String>), Error> {
     let names = || {
         let file = open(path, &Gate::default())?;
@@ -140,12 +140,9 @@ pub(crate) fn array_names(path: &Path) -> Result<(Vec<String>, Option<String>), 
         if imaris::is_layout(root) || minc::image(root).is_some() {
             return Ok((Vec::new(), None));
         }
-        let names: Vec<String> = grid::drawable(root)
-            .into_iter()
-            .map(|found| found.path)
-            .collect();
-        let only = names.first().filter(|_| names.len() == 1).cloned();
-        Ok((names, only))
+        let all = grid::drawable(root);
+        let default = grid::largest(&all).map(|found| found.path.clone());
+        Ok((all.into_iter().map(|found| found.path).collect(), default))
     };
     names().map_err(|fault: Fault| fault.at(path))
 }

@@ -100,13 +100,27 @@ pub(crate) fn read(
         (NcType::UInt64, _) => Voxels::F64(cast(elements(part)?, |v: u64| v as f64)),
         (NcType::Float, _) => Voxels::F32(elements(part)?),
         (NcType::Double, _) => Voxels::F64(elements(part)?),
-        (NcType::Enum { base, .. }, _) => return read(file, (path, base, false), taken, gate),
+        (NcType::Enum { base, .. }, _) if base.size().is_ok_and(|size| size == 1) => {
+            Voxels::U8(whole(part)?)
+        }
         _ => {
             return Err(unsupported(format!(
                 "the array {path} does not hold integers or real numbers of 32 or 64 bits"
             )));
         }
     })
+}
+
+/// Elements of one byte, booleans among them, which are read as a whole.
+fn whole((file, path, taken): (&NcFile, &str, &[Taken])) -> Result<Vec<u8>, Fault> {
+    let read = file.read_variable_native_bytes(path);
+    let all = read.map_err(|error| format!("the array {path} cannot be read: {error}"))?;
+    if all.len() == count(taken) {
+        return Ok(all);
+    }
+    Err(unsupported(format!(
+        "the array {path} holds names of numbers (an enumeration) on more than three axes: save one volume of it"
+    )))
 }
 
 fn cast<S, T>(values: Vec<S>, to: impl Fn(S) -> T) -> Vec<T> {
@@ -129,13 +143,7 @@ fn elements<T: NcReadable>(
     };
     let read = file.read_variable_slice::<T>(path, &part);
     let array = read.map_err(|error| format!("the array {path} cannot be read: {error}"))?;
-    let expected: usize = taken
-        .iter()
-        .map(|taken| match taken {
-            Taken::Only(_) => 1,
-            Taken::First(size) => *size,
-        })
-        .product();
+    let expected = count(taken);
     let (values, start) = array.into_raw_vec_and_offset();
     if values.len() != expected || start.is_some_and(|start| start != 0) {
         return Err(Fault::Invalid(format!(
@@ -144,6 +152,14 @@ fn elements<T: NcReadable>(
         )));
     }
     Ok(values)
+}
+
+fn count(taken: &[Taken]) -> usize {
+    let sizes = taken.iter().map(|taken| match taken {
+        Taken::Only(_) => 1,
+        Taken::First(size) => *size,
+    });
+    sizes.product()
 }
 
 #[cfg(test)]
