@@ -53,7 +53,7 @@ fn channel(root: &NcGroup, number: usize) -> ImageChannel {
     let ends = numbers(&found.attributes, "ColorRange").unwrap_or_default();
     ImageChannel {
         name: text(&found.attributes, "Name"),
-        rgb: rgb.map(|rgb| rgb.map(|part| narrow::code8(255.0 * part))),
+        rgb: rgb.map(|rgb| rgb.map(|part| narrow::code8((255.0 * part).round()))),
         window: axes::window(ends.first().copied(), ends.get(1).copied()),
         is_shown: true,
     }

@@ -70,12 +70,13 @@ pub(crate) fn load(
 
 fn read(path: &Path, options: &LoadOptions, components: &[usize]) -> Result<Parts, Fault> {
     let file = open(path, &options.gate)?;
+    let held = std::fs::metadata(path).map_or(0, |file| file.len());
     let plan = planned(&file, options, components)?;
     let mut voxels = Vec::new();
     for slab in &plan.slabs {
         let variable = file.variable(&slab.path).map_err(|e| unreadable(&e))?;
         let array = (slab.path.as_str(), &variable.dtype, plan.values.is_unsigned);
-        let stored = slab::read(&file, array, &slab.taken, &options.gate)?;
+        let stored = slab::read(&file, array, &slab.taken, (&options.gate, held))?;
         let real = plan.values.real(stored, plan.lattice.dims);
         let (real, missing) = real.map_err(|what| format!("the array {}: {what}", slab.path))?;
         if missing > 0 {
@@ -146,3 +147,6 @@ pub(crate) fn array_names(path: &Path) -> Result<(Vec<String>, Option<String>), 
     };
     names().map_err(|fault: Fault| fault.at(path))
 }
+
+#[cfg(test)]
+mod tests;

@@ -71,12 +71,12 @@ fn unpack_lzf(packed: &[u8], most_bytes: usize) -> Result<Vec<u8>, String> {
     Ok(unpacked)
 }
 
-/// Reads a part of an array. `is_unsigned` takes signed integers for unsigned ones, as some conventions of NetCDF do.
+/// Reads a part of an array of a file that holds so many bytes. `is_unsigned` takes signed integers for unsigned ones, as some conventions of NetCDF do.
 pub(crate) fn read(
     file: &NcFile,
     (path, of, is_unsigned): (&str, &NcType, bool),
     taken: &[Taken],
-    gate: &Gate,
+    (gate, held): (&Gate, u64),
 ) -> Result<Voxels, Fault> {
     let count = taken.iter().try_fold(1u64, |count, taken| match taken {
         Taken::Only(_) => Some(count),
@@ -84,7 +84,11 @@ pub(crate) fn read(
     });
     let bytes = count.and_then(|count| count.checked_mul(of.size().ok()? as u64));
     // Chunks are unpacked beside the voxels.
-    gate.ask(bytes.unwrap_or(u64::MAX).saturating_mul(2), "the voxels")?;
+    gate.ask_unpacked(
+        bytes.unwrap_or(u64::MAX).saturating_mul(2),
+        held,
+        "the voxels",
+    )?;
     let part = (file, path, taken);
     Ok(match (of, is_unsigned) {
         (NcType::Byte, true) => Voxels::U8(cast(elements(part)?, |v: i8| v as u8)),
