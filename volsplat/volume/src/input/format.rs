@@ -162,9 +162,25 @@ pub(crate) fn detect(path: &Path) -> Result<Detected, Error> {
         }
     }
     let found = slices.into_iter().find(|(_, files)| !files.is_empty());
-    Ok(match found {
-        Some((format, files)) => Detected::Known(format, files),
-        None => Detected::NotRead(NO_SLICES),
+    match found {
+        Some((format, files)) => Ok(Detected::Known(format, files)),
+        None if path.is_dir() => detect_below(path),
+        None => Ok(Detected::NotRead(NO_SLICES)),
+    }
+}
+
+/// Scans in the folders of a folder, as on a disc of a hospital.
+fn detect_below(folder: &Path) -> Result<Detected, Error> {
+    let mut files = Vec::new();
+    for path in slices::below(folder)? {
+        if known(&head_of(&path)?) == Some(Format::Dicom) {
+            files.push(path);
+        }
+    }
+    Ok(if files.is_empty() {
+        Detected::NotRead(NO_SLICES)
+    } else {
+        Detected::Known(Format::Dicom, files)
     })
 }
 
@@ -173,6 +189,12 @@ fn detect_file(path: &Path) -> Result<Detected, Error> {
     let known = |format| Detected::Known(format, vec![path.to_owned()]);
     if let Some(format) = self::known(&head) {
         return Ok(known(format));
+    }
+    if dicom::is_index(&head) {
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
+        return detect_below(folder.unwrap_or(Path::new(".")));
     }
     if head.starts_with(stored::GZIP_MAGIC) {
         let head = unpacked(&head);
@@ -213,6 +235,8 @@ fn unpacked(head: &[u8]) -> Vec<u8> {
 
 fn known(head: &[u8]) -> Option<Format> {
     match head {
+        // The files that it lists are read instead.
+        _ if dicom::is_index(head) => None,
         // Its first 128 bytes are free, and some files have the mark of TIFF there to be both.
         _ if dicom::begins(head) => Some(Format::Dicom),
         _ if head.starts_with(nrrd::MAGIC) => Some(Format::Nrrd),

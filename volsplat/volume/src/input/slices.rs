@@ -2,7 +2,7 @@
 //!
 //! Takes what the user typed, gives the files in natural order: numbers inside names are compared as numbers, so that
 //! `img2` comes before `img10`. A pattern is only looked at where no file has exactly this name.
-//! Limits: `*` and `?` in the last part of the path; folders inside the folder are not entered.
+//! Limits: `*` and `?` in the last part of the path. Folders inside the folder are entered by [`below`] alone.
 
 use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
@@ -31,6 +31,41 @@ pub(crate) fn paths(path: &Path) -> Result<Option<Vec<PathBuf>>, Error> {
         return Err(invalid(path, "no file has a name of this pattern"));
     }
     Ok(Some(paths))
+}
+
+/// Most folders that lie in one another. A disc has three: patient, study, series.
+const MAX_DEPTH: usize = 8;
+
+/// Most files in the folders of a folder: a disc of a hospital has some ten thousand. A guess.
+const MOST_FILES: usize = 1 << 17;
+
+/// All files in the folders of a folder, one folder after the other.
+pub(crate) fn below(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let mut all = Vec::new();
+    let mut open = vec![(folder.to_owned(), 0)];
+    while let Some((folder, depth)) = open.pop() {
+        all.extend(listed(&folder, "*")?);
+        if all.len() > MOST_FILES {
+            return Err(invalid(
+                &folder,
+                format!(
+                    "the folder and those before it hold more than {MOST_FILES} files: name one that holds a scan"
+                ),
+            ));
+        }
+        if depth == MAX_DEPTH {
+            continue;
+        }
+        let entries = std::fs::read_dir(&folder).map_err(|source| cannot_read(&folder, source))?;
+        let inner = entries.filter_map(|entry| Some(entry.ok()?.path()));
+        // A link may lead back.
+        let mut inner: Vec<PathBuf> = inner
+            .filter(|path| path.is_dir() && !path.is_symlink())
+            .collect();
+        inner.sort();
+        open.extend(inner.into_iter().rev().map(|path| (path, depth + 1)));
+    }
+    Ok(all)
 }
 
 /// Compares names as a person would: runs of digits by their value, everything else by its characters.

@@ -30,6 +30,16 @@ const PREAMBLE_BYTES: usize = 128;
 /// The mark behind the preamble.
 const MARK: &[u8] = b"DICM";
 
+/// The class of DICOMDIR, an index of other files.
+const INDEX_CLASS: &[u8] = b"1.2.840.10008.1.3.10";
+
+/// The syntaxes of elements without a head.
+const IMPLICIT: &str = "1.2.840.10008.1.2";
+const EXPLICIT: &str = "1.2.840.10008.1.2.1";
+
+/// Elements that must follow one another at the start of a file without a mark. A guess: each has 4 bytes that say nothing but that.
+const FEWEST_ELEMENTS: usize = 3;
+
 /// Sequences within sequences that are entered. Enhanced pictures need three; more than this is a forgery.
 const MAX_DEPTH: usize = 12;
 
@@ -45,8 +55,59 @@ const NEEDED_SEQUENCES: [Tag; 6] = [
 
 /// Returns true if a file that begins with `head` is DICOM.
 pub(crate) fn begins(head: &[u8]) -> bool {
+    has_mark(head) || bare_syntax(head).is_some()
+}
+
+fn has_mark(head: &[u8]) -> bool {
     head.get(PREAMBLE_BYTES..)
         .is_some_and(|rest| rest.starts_with(MARK))
+}
+
+/// Returns true if a file that begins with `head` lists other files.
+pub(crate) fn is_index(head: &[u8]) -> bool {
+    has_mark(head)
+        && head[PREAMBLE_BYTES..]
+            .windows(INDEX_CLASS.len())
+            .any(|part| part == INDEX_CLASS)
+}
+
+/// The syntax of a file that begins with its elements, as some archives write it: groups 2 or 8 first, tags that rise, lengths that lead to the next.
+fn bare_syntax(head: &[u8]) -> Option<&'static str> {
+    let begins_so = |is_explicit: bool| {
+        let encoding = Encoding {
+            endian: Endian::Little,
+            is_explicit,
+        };
+        let mut cursor = Cursor {
+            bytes: head,
+            at: 0,
+            encoding,
+        };
+        let mut last = 0;
+        for number in 0..FEWEST_ELEMENTS {
+            let Ok(tag) = cursor.tag() else {
+                return false;
+            };
+            let Ok((kind, length)) = cursor.kind_and_length() else {
+                return false;
+            };
+            let is_first_group = matches!(tag >> 16, 2 | 8);
+            let is_kind = kind.is_none_or(|kind| kind.iter().all(u8::is_ascii_uppercase));
+            if !is_kind || tag <= last || (number == 0 && !is_first_group) || length % 2 == 1 {
+                return false;
+            }
+            last = tag;
+            if cursor.take(tag, length).is_err() {
+                return false;
+            }
+        }
+        true
+    };
+    if begins_so(true) {
+        Some(EXPLICIT)
+    } else {
+        begins_so(false).then_some(IMPLICIT)
+    }
 }
 
 /// How the elements are written.
@@ -74,12 +135,16 @@ impl Meta {
 
 /// Reads the head of a file, and gives the bytes of its elements, unpacked if they are packed.
 pub(crate) fn read_meta<'a>(file: &'a [u8], gate: &Gate) -> Result<(Meta, Cow<'a, [u8]>), Fault> {
-    if !begins(file) {
-        return Err(Fault::Invalid(
-            "the mark DICM is not at byte 128".to_owned(),
-        ));
-    }
-    let begin = PREAMBLE_BYTES + MARK.len();
+    let bare = bare_syntax(file);
+    let begin = match (has_mark(file), bare) {
+        (true, _) => PREAMBLE_BYTES + MARK.len(),
+        (false, Some(_)) => 0,
+        (false, None) => {
+            return Err(Fault::Invalid(
+                "the mark DICM is not at byte 128".to_owned(),
+            ));
+        }
+    };
     let encoding = Encoding {
         endian: Endian::Little,
         is_explicit: true,
@@ -107,8 +172,9 @@ pub(crate) fn read_meta<'a>(file: &'a [u8], gate: &Gate) -> Result<(Meta, Cow<'a
         .unwrap_or_default();
     let syntax = head
         .text(TRANSFER_SYNTAX)
+        .or_else(|| bare.map(str::to_owned))
         .ok_or_else(|| "the head names no transfer syntax".to_owned())?;
-    let is_explicit = syntax != "1.2.840.10008.1.2";
+    let is_explicit = syntax != IMPLICIT;
     let endian = if syntax == "1.2.840.10008.1.2.2" {
         Endian::Big
     } else {

@@ -30,10 +30,7 @@ use crate::input::formats::dicom::header::{Even, Frame, Picture};
 use crate::input::{Parts, cannot_read, decode, invalid, open};
 use crate::volume::{Lattice, Voxels};
 
-/// Returns true if a file that begins with `head` is DICOM.
-pub(crate) fn begins(head: &[u8]) -> bool {
-    elements::begins(head)
-}
+pub(crate) use elements::{begins, is_index};
 
 /// Reads the slices of one series. `named` is what the caller named, for messages about all files together.
 pub(crate) fn load(
@@ -43,10 +40,15 @@ pub(crate) fn load(
     gate: &Gate,
 ) -> Result<Parts, Error> {
     let mut files = Vec::new();
+    let mut broken = Vec::new();
     for path in paths {
-        // Folders hold reports and indices beside pictures.
-        files.extend(picture_of(path, gate)?.map(|picture| (path.clone(), picture)));
+        match picture_of(path, gate) {
+            // Folders hold reports and indices beside pictures.
+            Ok(picture) => files.extend(picture.map(|picture| (path.clone(), picture))),
+            Err(error) => broken.push(error),
+        }
     }
+    note_broken(broken, files.len(), gate)?;
     let (paths, pictures): (Vec<PathBuf>, Vec<Picture>) =
         chosen_series(files, named, series, gate)?
             .into_iter()
@@ -94,6 +96,22 @@ pub(crate) fn load(
         },
         voxels: vec![voxels],
     })
+}
+
+/// Files that cannot be read are left out, with a note, where others are in the majority.
+fn note_broken(broken: Vec<Error>, good: usize, gate: &Gate) -> Result<(), Error> {
+    let count = broken.len();
+    let Some(first) = broken.into_iter().next() else {
+        return Ok(());
+    };
+    if count >= good {
+        return Err(first);
+    }
+    gate.remark(format!(
+        "{count} of {} files cannot be read and are left out; the first: {first}",
+        count + good
+    ));
+    Ok(())
 }
 
 fn picture_of(path: &Path, gate: &Gate) -> Result<Option<Picture>, Error> {
@@ -144,17 +162,25 @@ fn chosen_series(
         None => {
             let uid = largest.unwrap_or_default();
             gate.remark(format!(
-                "{named}: {count} series, of which the largest was taken, {uid}; choose another with #series=UID, of {listed}"
+                "{named}: {count} series, of which the largest was taken, {uid}; choose another with #series=UID, or a name of its own, of {listed}"
             ));
             files.retain(|(_, picture)| picture.series == uid);
             Ok(files)
         }
-        Some(uid) => {
-            if !all.contains_key(uid) {
-                return Err(Error::Option(format!(
-                    "{named}: series={uid}: no such series; there are: {listed}"
-                )));
-            }
+        Some(word) => {
+            let is_named = |(uid, (_, name)): &(&&str, &(usize, &str))| {
+                **uid == word || name.trim().eq_ignore_ascii_case(word.trim())
+            };
+            let mut fitting = all
+                .iter()
+                .filter(is_named)
+                .map(|(uid, _)| (*uid).to_owned());
+            let uid = fitting.next().filter(|_| fitting.next().is_none());
+            let uid = uid.ok_or_else(|| {
+                Error::Option(format!(
+                    "{named}: series={word}: no series, or several, have this UID or name; there are: {listed}"
+                ))
+            })?;
             files.retain(|(_, picture)| picture.series == uid);
             Ok(files)
         }

@@ -3,7 +3,7 @@
 use resample_io::Gate;
 
 use crate::Error;
-use crate::input::formats::dicom::tests::files::{EXPLICIT, Elements, SLICE, Slice};
+use crate::input::formats::dicom::tests::files::{EXPLICIT, Elements, IMPLICIT, SLICE, Slice};
 use crate::input::test_files::Folder;
 use crate::input::{Format, LoadOptions, format_of, load};
 use crate::volume::{Volume, Voxels};
@@ -222,7 +222,112 @@ fn of_several_series_the_largest_is_taken_or_the_one_that_was_asked_for() {
     };
     assert_eq!(of("1.2.3").expect("chosen").dims, [2, 2, 2]);
     assert_eq!(of("4.5.6").expect("chosen").spacing()[2], 3.0);
-    assert!(matches!(of("7"), Err(Error::Option(_))));
+    for unknown in ["7", "a name"] {
+        assert!(matches!(of(unknown), Err(Error::Option(_))), "{unknown}");
+    }
+    // A name that only one series has chooses it, too.
+    let one = loaded(
+        &slices[..1],
+        &LoadOptions {
+            series: Some("A Name".to_owned()),
+            ..LoadOptions::default()
+        },
+    );
+    assert_eq!(one.expect("chosen").dims, [2, 2, 1]);
+}
+
+/// Slices as a hospital's disc has them: a folder for each series in folders, and an index of all.
+fn disc() -> Folder {
+    let folder = Folder::new();
+    let index = Elements::new(EXPLICIT).file();
+    let class = b"1.2.840.10008.1.3.10";
+    // The class stands in the head, which the mark begins.
+    let mark = 128 + 4;
+    let index = [
+        &index[..mark],
+        &[2, 0, 2, 0],
+        b"UI",
+        &[20, 0],
+        class,
+        &index[mark..],
+    ]
+    .concat();
+    for (inner, slices) in [
+        ("P/S/A", vec![at("0\\0\\0", 1), at("0\\0\\2", 2)]),
+        ("P/S/B", vec![at("0\\0\\0", 9)]),
+    ] {
+        std::fs::create_dir_all(folder.path(inner)).expect("a folder");
+        for (number, slice) in slices.into_iter().enumerate() {
+            let series = if inner == "P/S/A" { "1.2" } else { "3.4" };
+            let slice = Slice { series, ..slice };
+            folder.write(&format!("{inner}/IM{number}"), &[&slice.file()]);
+        }
+    }
+    folder.write("DICOMDIR", &[&index]);
+    folder
+}
+
+#[test]
+fn the_folders_and_the_index_of_a_disc_lead_to_its_series() {
+    let folder = disc();
+    for name in ["", "P", "DICOMDIR"] {
+        let path = folder.path(name);
+        assert_eq!(format_of(&path).expect(name), Some(Format::Dicom), "{name}");
+        let volume = load(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!((volume.dims[2], volume.value(0)), (2, 1.0), "{name}");
+    }
+    // A folder without any is refused as before.
+    std::fs::create_dir_all(folder.path("E/F")).expect("a folder");
+    let complaint = load(&folder.path("E"), &LoadOptions::default()).expect_err("empty");
+    assert!(complaint.to_string().contains("without slices"));
+}
+
+#[test]
+fn files_without_a_head_are_known_by_their_elements() {
+    for syntax in [EXPLICIT, IMPLICIT] {
+        let first = Elements::new(syntax)
+            .text(0x0008_0005, "ISO_IR 100")
+            .text(0x0008_0016, "1.2.840.10008.5.1.4.1.1.2")
+            .text(0x0008_0018, "1.2.3.4");
+        let slice = Slice { syntax, ..SLICE };
+        let file = slice.file();
+        // Behind the preamble, the mark and the head, which names the syntax in as many bytes as it has.
+        let rest = slice.elements().bytes;
+        let pixels = file[file.len() - 8 - if syntax == EXPLICIT { 12 } else { 8 }..].to_vec();
+        let folder = Folder::new();
+        let path = folder.write("bare", &[&first.bytes, &rest, &pixels]);
+        assert_eq!(format_of(&path).expect("readable"), Some(Format::Dicom));
+        let volume = load(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(volume.voxels, Voxels::U16(vec![1, 2, 3, 4000]), "{syntax}");
+        // Numbers that look like a tag are no file.
+        let raw = folder.write("raw", &[&first.bytes[..16], &[7; 200]]);
+        assert_eq!(format_of(&raw).expect("readable"), None);
+    }
+}
+
+#[test]
+fn a_broken_slice_is_left_out_with_a_remark() {
+    let positions = ["0\\0\\0", "0\\0\\2", "0\\0\\4", "0\\0\\6", "0\\0\\8"];
+    let write = |broken: &[usize]| {
+        let folder = Folder::new();
+        for (number, position) in positions.into_iter().enumerate() {
+            let file = at(position, 10 * number as u16).file();
+            let held = file.len() - if broken.contains(&number) { 5 } else { 0 };
+            folder.write(&format!("{number}"), &[&file[..held]]);
+        }
+        folder
+    };
+    let options = LoadOptions::default();
+    let volume = load(&write(&[2]).path(""), &options).unwrap_or_else(|e| panic!("{e}"));
+    // Its neighbours' mean stands in its place.
+    assert_eq!((volume.dims[2], volume.value(2 * 4)), (5, 20.0));
+    let text = options.gate.remarks().join("\n");
+    assert!(
+        text.contains("1 of 5 files") && text.contains("cut off"),
+        "{text}"
+    );
+    let complaint = load(&write(&[1, 2, 3]).path(""), &options).expect_err("too many");
+    assert!(complaint.to_string().contains("cut off"), "{complaint}");
 }
 
 #[test]
