@@ -14,6 +14,7 @@ use resample_io::ply::{self as table, Header};
 use crate::Error;
 use crate::gaussians::Gaussians;
 use crate::gaussians::formats::{gltf, packed_ply, ply, sog, splat, spz};
+use crate::input::decode::zip;
 use crate::input::{cannot_read, invalid, open_sized};
 
 /// Options of reading Gaussians.
@@ -83,9 +84,7 @@ pub fn gaussian_format_of(path: &Path) -> Result<Option<GaussianFormat>, Error> 
     let found = match head.as_slice() {
         head if table::begins(head) => of_ply(path)?,
         head if spz::begins(head) => Some(GaussianFormat::Spz),
-        head if head.starts_with(sog::zip::MAGIC) => {
-            sog::is_bundle(path).then_some(GaussianFormat::Sog)
-        }
+        head if head.starts_with(zip::MAGIC) => sog::is_bundle(path).then_some(GaussianFormat::Sog),
         head if gltf::may_begin(head) => match gltf::begins(path) {
             true => Some(GaussianFormat::Gltf),
             false => sog::begins(path).then_some(GaussianFormat::Sog),

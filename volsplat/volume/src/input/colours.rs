@@ -12,6 +12,8 @@ use super::load::load_components;
 use super::options::LoadOptions;
 use crate::Error;
 use crate::input::axes::ImageAxes;
+use crate::input::formats::numpy::npz;
+use crate::input::formats::plain::amira;
 use crate::input::formats::{
     hdf5, meta_image, mgh, nifti, nrrd, picture_slices, tiff_stack, vti, vtk, zarr,
 };
@@ -54,7 +56,7 @@ pub fn colours_of(path: &Path, options: &LoadOptions) -> Result<Option<usize>, E
     Ok(colours.filter(|count| matches!(count, 3 | 4)))
 }
 
-/// The names of the arrays of a file of VTK, HDF5 or NetCDF, which may hold several, and of the one that is read by default; empty for other formats.
+/// The names of the arrays of a file of VTK, HDF5, NetCDF, NumPy or Amira, which may hold several, and of the one that is read by default; empty for other formats.
 ///
 /// # Errors
 /// As [`crate::load`] has them for headers.
@@ -63,6 +65,8 @@ pub fn arrays_of(path: &Path) -> Result<(Vec<String>, Option<String>), Error> {
         Detected::Known(Format::Vti, _) => vti::array_names(path),
         Detected::Known(Format::Vtk, _) => vtk::array_names(path),
         Detected::Known(Format::Hdf5 | Format::NetCdf, _) => hdf5::array_names(path),
+        Detected::Known(Format::Npz, _) => npz::array_names(path),
+        Detected::Known(Format::Amira, _) => amira::array_names(path),
         _ => Ok((Vec::new(), None)),
     }
 }

@@ -8,8 +8,11 @@ use std::path::{Path, PathBuf};
 
 use crate::Error;
 use crate::input::decode::stored;
+use crate::input::formats::density::{cube, mrc};
+use crate::input::formats::numpy::{npy, npz};
+use crate::input::formats::plain::{amira, gipl};
 use crate::input::formats::{
-    dicom, hdf5, meta_image, mgh, mrc, nifti, npy, nrrd, picture_slices, tiff_stack, vti, vtk, zarr,
+    dicom, hdf5, meta_image, mgh, nifti, nrrd, picture_slices, tiff_stack, vti, vtk, zarr,
 };
 use crate::input::{cannot_read, open, slices};
 
@@ -44,6 +47,14 @@ pub enum Format {
     Hdf5,
     /// Classic NetCDF, MINC 1 among it.
     NetCdf,
+    /// Several arrays of NumPy, `.npz`.
+    Npz,
+    /// A density or orbitals of quantum chemistry, Gaussian's `.cube`.
+    Cube,
+    /// A regular grid of Amira or Avizo, `.am`.
+    Amira,
+    /// GIPL, `.gipl`.
+    Gipl,
 }
 
 impl Format {
@@ -64,6 +75,10 @@ impl Format {
             Self::Zarr => "OME-Zarr",
             Self::Hdf5 => "HDF5",
             Self::NetCdf => "NetCDF",
+            Self::Npz => "NumPy archive",
+            Self::Cube => "Gaussian cube",
+            Self::Amira => "Amira grid",
+            Self::Gipl => "GIPL",
         }
     }
 }
@@ -86,7 +101,7 @@ const NOT_READ: [(&[u8], &str); 6] = [
     (b"ply\n", "a mesh (PLY): the command texmap draws it"),
     (
         b"PK\x03\x04",
-        "a ZIP archive (.npz, .zip): unpack it and give one file of it",
+        "a ZIP archive: unpack it and give one file of it",
     ),
     (
         b"\x89PNG\r\n\x1a\n",
@@ -100,7 +115,7 @@ const NOT_READ: [(&[u8], &str); 6] = [
 ];
 
 const NO_SLICES: &str = "a folder without slices (DICOM, TIFF, PNG or JPEG files)";
-const GZIP: &str = "a gzip file that holds neither NIfTI nor MGH: unpack it first";
+const GZIP: &str = "a gzip file that holds no volume that is read so: unpack it first";
 const ANALYZE: &str =
     "an ANALYZE 7.5 header, which does not say which side is left: convert it to NIfTI";
 
@@ -204,6 +219,8 @@ fn detect_file(path: &Path) -> Result<Detected, Error> {
             known(Format::Mgh)
         } else if mrc::begins(&head) {
             known(Format::Mrc)
+        } else if gipl::begins(&head) {
+            known(Format::Gipl)
         } else {
             Detected::NotRead(GZIP)
         });
@@ -250,6 +267,10 @@ fn known(head: &[u8]) -> Option<Format> {
         _ if mgh::begins(head) => Some(Format::Mgh),
         _ if hdf5::begins_classic(head) => Some(Format::NetCdf),
         _ if hdf5::begins(head) => Some(Format::Hdf5),
+        _ if npz::begins(head) => Some(Format::Npz),
+        _ if amira::begins(head) => Some(Format::Amira),
+        _ if gipl::begins(head) => Some(Format::Gipl),
+        _ if cube::begins(head) => Some(Format::Cube),
         _ => None,
     }
 }

@@ -15,9 +15,11 @@ use crate::input::decode::stored::Stored;
 use crate::input::file::{Parts, at, invalid};
 use crate::input::format;
 use crate::input::format::{Detected, Format};
+use crate::input::formats::density::{cube, mrc};
+use crate::input::formats::numpy::{npy, npz};
+use crate::input::formats::plain::{amira, gipl, raw};
 use crate::input::formats::{
-    dicom, hdf5, meta_image, mgh, mrc, nifti, npy, nrrd, picture_slices, raw, tiff_stack, vti, vtk,
-    zarr,
+    dicom, hdf5, meta_image, mgh, nifti, nrrd, picture_slices, tiff_stack, vti, vtk, zarr,
 };
 use crate::input::options::{LoadOptions, replaced_lattice};
 use crate::source::{VoxelSource, Watch};
@@ -72,9 +74,21 @@ fn load_all(
             read(format, path, &files, (options, components))?
         }
         (Detected::NotRead(_) | Detected::Nothing, Some(raw)) => raw::load(path, raw)?,
+        (Detected::Nothing, None) if raw::of_name(path).is_some() => named_raw(path, options)?,
         (detected, _) => return Err(undecided(path, &detected)),
     };
     finished(path, parts, options)
+}
+
+/// A headerless file whose name says how it is laid out.
+fn named_raw(path: &Path, options: &LoadOptions) -> Result<Parts, Error> {
+    let raw = raw::of_name(path).ok_or_else(|| undecided(path, &Detected::Nothing))?;
+    let ([x, y, z], name) = (raw.dims, raw.voxel_type.name());
+    options.gate.remark(format!(
+        "{}: no header; by its name it holds {x}x{y}x{z} voxels of {name}",
+        path.display()
+    ));
+    raw::load(path, &raw)
 }
 
 /// A volume of memory, as if a file held it: spacing, origin, and what happens to values come from the options.
@@ -172,6 +186,10 @@ fn read(
         Format::Pictures => picture_slices::load(files, path, options, components),
         Format::Zarr => zarr::load(path, options, components),
         Format::Hdf5 | Format::NetCdf => hdf5::load(path, options, components),
+        Format::Npz => npz::load(path, options),
+        Format::Cube => cube::load(path, options, components),
+        Format::Amira => amira::load(path, options, components),
+        Format::Gipl => gipl::load(path, gate),
     }
 }
 
@@ -179,7 +197,9 @@ fn read(
 fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Result<(), Error> {
     let has_components = matches!(
         format,
-        Format::Hdf5
+        Format::Amira
+            | Format::Cube
+            | Format::Hdf5
             | Format::NetCdf
             | Format::MetaImage
             | Format::Nifti
@@ -196,7 +216,7 @@ fn refuse_superfluous(format: Format, path: &Path, options: &LoadOptions) -> Res
     );
     let has_arrays = matches!(
         format,
-        Format::Hdf5 | Format::NetCdf | Format::Vti | Format::Vtk
+        Format::Amira | Format::Hdf5 | Format::NetCdf | Format::Npz | Format::Vti | Format::Vtk
     );
     let has_levels = matches!(format, Format::Hdf5 | Format::Zarr);
     let given = [
@@ -316,6 +336,10 @@ pub fn open_unread(
             if nifti::header_beside(path).is_some() =>
         {
             None
+        }
+        (Detected::Nothing, None) if raw::of_name(path).is_some() => {
+            let raw = raw::of_name(path).ok_or_else(|| undecided(path, &Detected::Nothing))?;
+            Some(raw::locate(path, &raw)?)
         }
         (detected, _) => return Err(undecided(path, &detected)),
     };

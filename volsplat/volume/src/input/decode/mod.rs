@@ -8,6 +8,7 @@
 pub(crate) mod component;
 pub(crate) mod stored;
 pub(crate) mod rescale;
+pub(crate) mod zip;
 
 use std::io::{BufRead, Read};
 use std::mem::size_of;

@@ -8,7 +8,6 @@
 //! Limits: streamed scenes of several levels are not read.
 
 mod meta;
-pub(crate) mod zip;
 
 use std::path::{Path, PathBuf};
 
@@ -19,9 +18,10 @@ use resample_io::whole_picture::{self, Pixels};
 use super::sink::{self, MOST_DEGREE, Sink, Stored};
 use crate::Error;
 use crate::gaussians::Gaussians;
+use crate::input::decode::zip;
+use crate::input::decode::zip::Archive;
 use crate::input::{Fault, open_sized};
 use meta::{Meta, Table};
-use zip::Archive;
 
 /// The name of the description.
 const META: &str = "meta.json";

@@ -25,7 +25,7 @@ pub(crate) fn load(path: &Path) -> Result<Parts, Error> {
     read(&mut BufReader::new(file), total).map_err(|fault| fault.at(path))
 }
 
-fn read(file: &mut dyn Read, total: u64) -> Result<Parts, Fault> {
+pub(crate) fn read(file: &mut dyn Read, total: u64) -> Result<Parts, Fault> {
     let header = Header::read(file)?;
     let dims = dims(&header.shape)?;
     let layout = layout(header.element, voxel_count(dims)?)?;

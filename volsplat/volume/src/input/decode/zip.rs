@@ -1,4 +1,4 @@
-//! ZIP archives, as far as bundles of pictures need them: the list of members at the end, and members stored or deflated.
+//! ZIP archives, as far as bundles of pictures and arrays need them: the list of members at the end, and members stored or deflated.
 //!
 //! Source: PKWARE's application note. Limits: no encryption, no archive of several files, none beyond 4 GiB.
 
@@ -32,7 +32,7 @@ struct Member {
 }
 
 /// An opened archive.
-pub(super) struct Archive {
+pub(crate) struct Archive {
     file: BufReader<File>,
     held: u64,
     members: Vec<Member>,
@@ -57,7 +57,7 @@ fn broken(error: std::io::Error) -> Fault {
 
 impl Archive {
     /// Reads the list of members.
-    pub(super) fn open(file: File, held: u64) -> Result<Self, Fault> {
+    pub(crate) fn open(file: File, held: u64) -> Result<Self, Fault> {
         let mut file = BufReader::new(file);
         let tail_bytes = held.min(END_BYTES + MOST_COMMENT);
         let tail = bytes_at(&mut file, held - tail_bytes, tail_bytes)?;
@@ -81,15 +81,22 @@ impl Archive {
         })
     }
 
+    /// The members in their order: name and unpacked bytes.
+    pub(crate) fn members(&self) -> impl Iterator<Item = (&str, u64)> {
+        self.members
+            .iter()
+            .map(|member| (member.name.as_str(), member.unpacked))
+    }
+
     /// The name of the first member that is called `name`, in whatever folder.
-    pub(super) fn find(&self, name: &str) -> Option<&str> {
+    pub(crate) fn find(&self, name: &str) -> Option<&str> {
         let is_called = |member: &&Member| member.name.rsplit('/').next() == Some(name);
         let found = self.members.iter().find(is_called);
         found.map(|member| member.name.as_str())
     }
 
     /// The unpacked bytes of a member.
-    pub(super) fn read(&mut self, name: &str, gate: &Gate) -> Result<Vec<u8>, Fault> {
+    pub(crate) fn read(&mut self, name: &str, gate: &Gate) -> Result<Vec<u8>, Fault> {
         let located = |what: String| Fault::Invalid(format!("member '{name}': {what}"));
         let member = self.members.iter().find(|member| member.name == name);
         let Some(member) = member else {
@@ -104,7 +111,7 @@ impl Archive {
         if data.saturating_add(member.packed) > self.held {
             return Err(located("it reaches behind the end of the file".to_owned()));
         }
-        gate.ask_unpacked(member.unpacked, member.packed, "the pictures")
+        gate.ask_unpacked(member.unpacked, member.packed, "the members of the archive")
             .map_err(located)?;
         self.file.seek(SeekFrom::Start(data)).map_err(broken)?;
         let packed = (&mut self.file).take(member.packed);
