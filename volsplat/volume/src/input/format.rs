@@ -95,8 +95,12 @@ pub(crate) enum Detected {
 /// Enough for every mark below: the latest one, of XML behind a comment, has no fixed place. A guess.
 const HEAD_BYTES: u64 = 4096;
 
+const MICROSCOPE: &str = "a microscope's own file (CZI, ND2, OIB or another): save it as OME-TIFF with Fiji, or as OME-Zarr with bioformats2raw";
+
+const XDMF: &str = "an XDMF file, which describes arrays in other files: give the HDF5 file beside it, with #array=NAME";
+
 /// Marks of formats that people may hand in and that are not read here, with what to do.
-const NOT_READ: [(&[u8], &str); 6] = [
+const NOT_READ: [(&[u8], &str); 13] = [
     (b"glTF", "a mesh (glTF): the command texmap draws it"),
     (b"ply\n", "a mesh (PLY): the command texmap draws it"),
     (
@@ -112,6 +116,19 @@ const NOT_READ: [(&[u8], &str); 6] = [
         "one JPEG picture: the slices of a volume are named by their folder, or by a pattern such as 'slices/*.jpg'",
     ),
     (b"BZh", "a bzip2 file: unpack it first"),
+    (
+        b" BDV",
+        "an OpenVDB file, a sparse grid: in Python, copyToArray of openvdb makes an array of it, which fr.volsplat draws",
+    ),
+    (b"ZISRAWFILE", MICROSCOPE),
+    (b"\xda\xce\xbe\x0a", MICROSCOPE),
+    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", MICROSCOPE),
+    (
+        b"# AVS",
+        "an AVS field: give the file of its numbers with --dims, --type and --skip",
+    ),
+    (b"<?xml version=\"1.0\" ?>\n<!DOCTYPE Xdmf", XDMF),
+    (b"<Xdmf", XDMF),
 ];
 
 const NO_SLICES: &str = "a folder without slices (DICOM, TIFF, PNG or JPEG files)";

@@ -36,6 +36,7 @@ pub(crate) struct Image {
 pub(crate) enum Packing {
     None,
     Zlib,
+    Lz4,
 }
 
 /// Where the array's data is.
@@ -116,10 +117,11 @@ fn packing(root: Node, source: &Source) -> Result<Packing, Fault> {
     match (source, root.attribute("compressor")) {
         (Source::Inline(Text::Ascii(_)), _) | (_, None | Some("")) => Ok(Packing::None),
         (_, Some("vtkZLibDataCompressor")) => Ok(Packing::Zlib),
+        (_, Some("vtkLZ4DataCompressor")) => Ok(Packing::Lz4),
         (_, Some(other)) => {
             let what = excerpt(other);
             Err(unsupported(format!(
-                "compressor '{what}': save the file with zlib or without"
+                "compressor '{what}': save the file with zlib, with LZ4 or without"
             )))
         }
     }

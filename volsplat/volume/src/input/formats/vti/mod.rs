@@ -17,11 +17,14 @@ use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::{io, vec};
 
+use resample_core::narrow::count;
+
 use crate::Error;
 use crate::input::decode::component::Interleaved;
 use crate::input::decode::{Layout, component};
 use crate::input::file::{Fault, excerpt};
 use crate::input::formats::vti::head::{Image, Packing, Source, Text};
+use crate::input::formats::zarr::codecs::lz4_block;
 use crate::input::options::LoadOptions;
 use crate::input::{Parts, decode, open_sized};
 use crate::volume::{Endian, Lattice, VoxelType, Voxels, voxel_count};
@@ -268,7 +271,7 @@ pub(crate) fn binary(
             }
             component::read(stream.take(needed), &layout, &interleaved)?
         }
-        Packing::Zlib => {
+        Packing::Zlib | Packing::Lz4 => {
             let blocks = Blocks::begin(stream, held, image)?;
             check_promise(blocks.total(), needed, image)?;
             decode::check_expansion(needed, held)?;
@@ -337,9 +340,13 @@ fn number(stream: &mut dyn Read, image: &Image) -> Result<u64, String> {
     Ok(u64::from_le_bytes(bytes))
 }
 
+/// LZ4 expands at most so many times: a byte of a length adds 255.
+const LZ4_EXPANSION: u64 = 255;
+
 /// Data packed in blocks, as a stream of the unpacked bytes.
 struct Blocks<R> {
     stream: R,
+    packing: Packing,
     /// Packed sizes of the blocks that are not read yet.
     packed: vec::IntoIter<u64>,
     /// Unpacked size of a block, and of the last one.
@@ -382,6 +389,7 @@ impl<R: Read> Blocks<R> {
         };
         Ok(Self {
             stream,
+            packing: image.packing,
             packed: packed.into_iter(),
             block_bytes,
             last_bytes,
@@ -413,10 +421,22 @@ impl<R: Read> Blocks<R> {
         (&mut self.stream).take(packed).read_to_end(&mut bytes)?;
         self.block.clear();
         self.at = 0;
-        let decoder = flate2::bufread::ZlibDecoder::new(bytes.as_slice());
-        decoder
-            .take(expected.saturating_add(1))
-            .read_to_end(&mut self.block)?;
+        match self.packing {
+            Packing::Lz4 => {
+                let faulty = |what| io::Error::new(io::ErrorKind::InvalidData, what);
+                if expected > bytes.len() as u64 * LZ4_EXPANSION {
+                    return Err(faulty("a block is too short for its size".to_owned()));
+                }
+                self.block.resize(count(expected), 0);
+                lz4_block(&bytes, &mut self.block).map_err(faulty)?;
+            }
+            Packing::Zlib | Packing::None => {
+                let decoder = flate2::bufread::ZlibDecoder::new(bytes.as_slice());
+                decoder
+                    .take(expected.saturating_add(1))
+                    .read_to_end(&mut self.block)?;
+            }
+        }
         if self.block.len() as u64 == expected {
             return Ok(());
         }
