@@ -30,8 +30,9 @@ const PREAMBLE_BYTES: usize = 128;
 /// The mark behind the preamble.
 const MARK: &[u8] = b"DICM";
 
-/// The class of DICOMDIR, an index of other files.
+/// The class of DICOMDIR, an index of other files, and that of segmentations.
 const INDEX_CLASS: &[u8] = b"1.2.840.10008.1.3.10";
+const SEGMENTATION_CLASS: &[u8] = b"1.2.840.10008.5.1.4.1.1.66.4";
 
 /// The syntaxes of elements without a head.
 const IMPLICIT: &str = "1.2.840.10008.1.2";
@@ -43,8 +44,10 @@ const FEWEST_ELEMENTS: usize = 3;
 /// Sequences within sequences that are entered. Enhanced pictures need three; more than this is a forgery.
 const MAX_DEPTH: usize = 12;
 
-/// Sequences that are needed: shared and per-frame functional groups, and what places a frame and scales its values.
-const NEEDED_SEQUENCES: [Tag; 6] = [
+/// Sequences that are needed: shared and per-frame functional groups, what places a frame and scales its values, and segments.
+const NEEDED_SEQUENCES: [Tag; 8] = [
+    0x0062_0002,
+    0x0062_000A,
     0x5200_9229,
     0x5200_9230,
     0x0020_9113,
@@ -65,10 +68,20 @@ fn has_mark(head: &[u8]) -> bool {
 
 /// Returns true if a file that begins with `head` lists other files.
 pub(crate) fn is_index(head: &[u8]) -> bool {
+    has_class(head, INDEX_CLASS)
+}
+
+/// Returns true if a file that begins with `head` holds segments.
+pub(crate) fn is_segmentation(head: &[u8]) -> bool {
+    has_class(head, SEGMENTATION_CLASS)
+}
+
+/// The head names the class of the file's object.
+fn has_class(head: &[u8], class: &[u8]) -> bool {
     has_mark(head)
         && head[PREAMBLE_BYTES..]
-            .windows(INDEX_CLASS.len())
-            .any(|part| part == INDEX_CLASS)
+            .windows(class.len())
+            .any(|part| part == class)
 }
 
 /// The syntax of a file that begins with its elements, as some archives write it: groups 2 or 8 first, tags that rise, lengths that lead to the next.

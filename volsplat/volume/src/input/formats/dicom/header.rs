@@ -26,10 +26,10 @@ const ORIENTATION: Tag = 0x0020_0037;
 const SAMPLES_PER_PIXEL: Tag = 0x0028_0002;
 const PHOTOMETRIC: Tag = 0x0028_0004;
 const NUMBER_OF_FRAMES: Tag = 0x0028_0008;
-const ROWS: Tag = 0x0028_0010;
-const COLUMNS: Tag = 0x0028_0011;
+pub(crate) const ROWS: Tag = 0x0028_0010;
+pub(crate) const COLUMNS: Tag = 0x0028_0011;
 const PIXEL_SPACING: Tag = 0x0028_0030;
-const BITS_ALLOCATED: Tag = 0x0028_0100;
+pub(crate) const BITS_ALLOCATED: Tag = 0x0028_0100;
 const BITS_STORED: Tag = 0x0028_0101;
 const HIGH_BIT: Tag = 0x0028_0102;
 const PIXEL_REPRESENTATION: Tag = 0x0028_0103;
@@ -40,7 +40,7 @@ const ORIENTATION_GROUP: Tag = 0x0020_9116;
 const MEASURES_GROUP: Tag = 0x0028_9110;
 const RESCALE_GROUP: Tag = 0x0028_9145;
 const SHARED_GROUPS: Tag = 0x5200_9229;
-const FRAME_GROUPS: Tag = 0x5200_9230;
+pub(crate) const FRAME_GROUPS: Tag = 0x5200_9230;
 
 /// Size and type of the frames of a file; all slices of a volume have the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,7 +101,13 @@ const MAX_FRAMES: usize = 1 << 16;
 
 /// The picture of a file; `None` if the file holds something else.
 pub(crate) fn picture(dataset: &Dataset) -> Result<Option<Picture>, Fault> {
-    if dataset.value(PIXEL_DATA).is_none() || dataset.number_16(ROWS).is_none() {
+    let modality = dataset.text(MODALITY);
+    let modality = modality.as_deref().map(str::trim);
+    // Segments lie beside the scan that they belong to, and are read by themselves.
+    if dataset.value(PIXEL_DATA).is_none()
+        || dataset.number_16(ROWS).is_none()
+        || modality == Some("SEG")
+    {
         return Ok(None);
     }
     let step = dataset
@@ -114,7 +120,7 @@ pub(crate) fn picture(dataset: &Dataset) -> Result<Option<Picture>, Fault> {
         slice_step: if step > 0.0 { step } else { 1.0 },
         series: dataset.text(SERIES_UID).unwrap_or_default(),
         description: dataset.text(SERIES_DESCRIPTION).unwrap_or_default(),
-        modality: match dataset.text(MODALITY).as_deref().map(str::trim) {
+        modality: match modality {
             Some("CT") => Some(Modality::Ct),
             Some("MR") => Some(Modality::Mr),
             _ => None,
@@ -179,7 +185,8 @@ fn kind(dataset: &Dataset) -> Result<Kind, Fault> {
     })
 }
 
-fn frames(dataset: &Dataset) -> Result<Vec<Frame>, Fault> {
+/// The frames of a file.
+pub(crate) fn frames(dataset: &Dataset) -> Result<Vec<Frame>, Fault> {
     let count = dataset
         .text(NUMBER_OF_FRAMES)
         .map_or(Ok(1), |text| text.parse().map_err(|_| text));
@@ -207,6 +214,15 @@ fn frames(dataset: &Dataset) -> Result<Vec<Frame>, Fault> {
     own.iter()
         .map(|own| frame(&[Some(own), shared, Some(dataset)]))
         .collect()
+}
+
+/// Distance of slices, millimetres, where the file tells it.
+pub(crate) fn step_of(dataset: &Dataset) -> Result<Option<f64>, Fault> {
+    let own = dataset.items(FRAME_GROUPS).first();
+    let places = [own, dataset.items(SHARED_GROUPS).first(), Some(dataset)];
+    let between = find::<1>(&places, MEASURES_GROUP, SPACING_BETWEEN_SLICES)?;
+    let step = between.or(find::<1>(&places, MEASURES_GROUP, SLICE_THICKNESS)?);
+    Ok(step.map(|[step]| step.abs()).filter(|&step| step > 0.0))
 }
 
 /// `places` are the data sets that can say it, the closest first.

@@ -2,7 +2,8 @@
 //!
 //! Takes paths, returns the parts of a volume. Every file is parsed (`elements.rs`) and its picture described
 //! (`header.rs`); the slices of one series are put in order and into the world; then they are
-//! unpacked one after the other (`pixels.rs`) and scaled to physical values, such as Hounsfield units.
+//! unpacked one after the other (`pixels.rs`) and scaled to physical values, such as Hounsfield units. A file of segments becomes
+//! a volume of labels (`segments.rs`).
 //!
 //! Slices are sorted along their normal, or by their instance numbers where they have no positions. The step from one to the
 //! next need not be at right angles to the slices: a tilted gantry shifts them, and the sheared map says exactly that. Where steps
@@ -15,6 +16,7 @@
 mod elements;
 mod header;
 mod pixels;
+mod segments;
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -39,6 +41,11 @@ pub(crate) fn load(
     series: Option<&str>,
     gate: &Gate,
 ) -> Result<Parts, Error> {
+    if let [only] = paths
+        && let Some(parts) = segments::load(only, gate)?
+    {
+        return Ok(parts);
+    }
     let mut files = Vec::new();
     let mut broken = Vec::new();
     for path in paths {

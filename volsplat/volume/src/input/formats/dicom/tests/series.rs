@@ -340,3 +340,90 @@ fn slices_of_different_scales_become_singles() {
     let volume = loaded(&[at("0\\0\\0", 5), half], &LoadOptions::default()).expect("even");
     assert_eq!(volume.voxels, Voxels::F32([[5.0; 4], [3.5; 4]].concat()));
 }
+
+/// Segments 1 and 300 on slices at 0 and 6 mm, 3 mm apart; the second overlaps the first in a corner.
+fn segmentation(bits: u16) -> Vec<u8> {
+    let new = || Elements::new(EXPLICIT);
+    let frame = |z: &str, segment: u16| {
+        new()
+            .items(
+                0x0020_9113,
+                &[new().text(0x0020_0032, &format!("1\\2\\{z}"))],
+            )
+            .items(0x0062_000A, &[new().short(0x0062_000B, segment)])
+    };
+    let shared = new()
+        .items(0x0020_9116, &[new().text(0x0020_0037, "1\\0\\0\\0\\1\\0")])
+        .items(
+            0x0028_9110,
+            &[new().text(0x0018_0088, "3").text(0x0028_0030, "2\\2")],
+        );
+    let segment =
+        |number: u16, name: &str| new().short(0x0062_0004, number).text(0x0062_0005, name);
+    // 3x1 pixels: 110, 011 and 100, the first bit the lowest.
+    let pixels = match bits {
+        1 => vec![0b0111_0011u8, 0],
+        _ => vec![200, 128, 127, 0, 255, 130, 129, 5, 4, 0],
+    };
+    let elements = new()
+        .text(0x0008_0060, "SEG")
+        .text(0x0028_0008, "3")
+        .short(0x0028_0010, 1)
+        .short(0x0028_0011, 3)
+        .short(0x0028_0100, bits)
+        .items(0x0062_0002, &[segment(1, "liver"), segment(300, "spleen")])
+        .items(0x5200_9229, &[shared])
+        .items(
+            0x5200_9230,
+            &[frame("6", 1), frame("6", 300), frame("0", 300)],
+        )
+        .bytes(0x7FE0_0010, b"OB", &pixels);
+    let file = elements.file();
+    let class = b"1.2.840.10008.5.1.4.1.1.66.4";
+    let mark = 128 + 4;
+    [
+        &file[..mark],
+        &[2, 0, 2, 0],
+        b"UI",
+        &[28, 0],
+        class,
+        &file[mark..],
+    ]
+    .concat()
+}
+
+#[test]
+fn segments_become_labels_on_their_slices() {
+    let folder = Folder::new();
+    for bits in [1, 8] {
+        let path = folder.write("seg.dcm", &[&segmentation(bits)]);
+        let options = LoadOptions::default();
+        let volume = load(&path, &options).unwrap_or_else(|error| panic!("{error}"));
+        // The slice between them has no frame.
+        let expected = [[300, 0, 0], [0, 0, 0], [1, 300, 300]].concat();
+        assert_eq!(
+            (volume.dims, volume.voxels),
+            ([3, 1, 3], Voxels::U16(expected))
+        );
+        let map = volume.world_from_index;
+        assert_eq!(
+            map.transform_point3(glam::DVec3::ONE).to_array(),
+            [3.0, 4.0, 3.0]
+        );
+        let text = options.gate.remarks().join("\n");
+        assert!(
+            text.contains("1 liver, 300 spleen") && text.contains("1 voxels"),
+            "{text}"
+        );
+    }
+    // Beside a scan they are not taken for slices.
+    for (number, position) in ["0\\0\\0", "0\\0\\2"].into_iter().enumerate() {
+        folder.write(&format!("{number}.dcm"), &[&at(position, 4).file()]);
+    }
+    let scan = load(&folder.path(""), &LoadOptions::default());
+    assert_eq!(scan.unwrap_or_else(|e| panic!("{e}")).dims, [2, 2, 2]);
+    let cut = segmentation(8);
+    let complaint = folder.refusal(&[&cut[..cut.len() - 4]]);
+    assert!(complaint.contains("cut off"), "{complaint}");
+    crate::input::test_files::survive_damage(&segmentation(1), &LoadOptions::default(), 300);
+}
