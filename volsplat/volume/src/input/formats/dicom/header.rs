@@ -39,7 +39,7 @@ const POSITION_GROUP: Tag = 0x0020_9113;
 const ORIENTATION_GROUP: Tag = 0x0020_9116;
 const MEASURES_GROUP: Tag = 0x0028_9110;
 const RESCALE_GROUP: Tag = 0x0028_9145;
-const SHARED_GROUPS: Tag = 0x5200_9229;
+pub(crate) const SHARED_GROUPS: Tag = 0x5200_9229;
 pub(crate) const FRAME_GROUPS: Tag = 0x5200_9230;
 
 /// Size and type of the frames of a file; all slices of a volume have the same.

@@ -15,7 +15,7 @@ use crate::Error;
 use crate::input::file::{Fault, unsupported};
 use crate::input::formats::dicom::elements::{self, Dataset, PIXEL_DATA, Tag};
 use crate::input::formats::dicom::header::{
-    BITS_ALLOCATED, COLUMNS, FRAME_GROUPS, Frame, ROWS, frames, step_of,
+    BITS_ALLOCATED, COLUMNS, FRAME_GROUPS, Frame, ROWS, SHARED_GROUPS, frames, step_of,
 };
 use crate::input::{Parts, cannot_read, open};
 use crate::volume::{Lattice, Voxels};
@@ -74,15 +74,7 @@ fn labels(dataset: &Dataset, gate: &Gate) -> Result<Parts, Fault> {
     };
     let (rows, columns) = (size(ROWS, "Rows")?, size(COLUMNS, "Columns")?);
     let frames = frames(dataset)?;
-    let segments: Vec<u16> = dataset
-        .items(FRAME_GROUPS)
-        .iter()
-        .map(|groups| {
-            let segment = groups.items(SEGMENT_OF_FRAME).first();
-            segment.and_then(|segment| segment.number_16(REFERENCED_NUMBER))
-        })
-        .collect::<Option<_>>()
-        .filter(|segments: &Vec<u16>| segments.len() == frames.len())
+    let segments = segments(dataset, frames.len())
         .ok_or_else(|| unsupported("its frames do not say which segment they show"))?;
     let slices = slices(dataset, &frames)?;
     let (of_slice, all) = (rows * columns, frames.len() * rows * columns);
@@ -121,6 +113,18 @@ fn labels(dataset: &Dataset, gate: &Gate) -> Result<Parts, Fault> {
         },
         voxels: vec![voxels],
     })
+}
+
+/// The segment of each frame; one of a single segment may stand among what all frames share.
+fn segments(dataset: &Dataset, count: usize) -> Option<Vec<u16>> {
+    let of = |groups: &Dataset| {
+        let segment = groups.items(SEGMENT_OF_FRAME).first()?;
+        segment.number_16(REFERENCED_NUMBER)
+    };
+    let shared = dataset.items(SHARED_GROUPS).first().and_then(of);
+    let own = dataset.items(FRAME_GROUPS).iter();
+    let all: Option<Vec<u16>> = own.map(|groups| of(groups).or(shared)).collect();
+    all.filter(|all| all.len() == count)
 }
 
 /// Returns true for the pixels of all frames that lie inside of their segment.
