@@ -1,6 +1,6 @@
 //! Arrays of numbers as programs of simulation, climate and microscopy store them: the last three axes are z, y and x.
 //!
-//! An axis of time or channels is told by its name, by the units of its coordinates (CF conventions) or by `axistags` (ilastik). Coordinates
+//! The name of an axis, the units of its coordinates (CF conventions) or `axistags` (ilastik) say that it is one of time or channels. Coordinates
 //! along the axes give the places of voxels; else `element_size_um` gives their sizes.
 //! Limits: one or two axes beside those of space; steps along an axis that change are drawn as equal.
 

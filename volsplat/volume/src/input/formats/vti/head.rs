@@ -87,7 +87,7 @@ pub(crate) fn parse(xml: &str, array: Option<&str>) -> Result<Image, Fault> {
     let image = child(root, "ImageData")?;
     let piece = only_piece(image)?;
     let (centring, node) = chosen_array(piece, array)?;
-    let (dims, world_from_index) = geometry(image, centring)?;
+    let (dims, world_from_index) = geometry((image, piece), centring)?;
     let source = source(node)?;
     Ok(Image {
         dims,
@@ -127,6 +127,18 @@ fn packing(root: Node, source: &Source) -> Result<Packing, Fault> {
     }
 }
 
+/// The files of the pieces that an index of several files names.
+pub(crate) fn pieces(xml: &str) -> Result<Vec<String>, Fault> {
+    check_tags(xml)?;
+    let document = Document::parse(xml).map_err(|error| format!("the XML is broken: {error}"))?;
+    let index = child(document.root_element(), "PImageData")?;
+    let all = index.children().filter(|child| child.has_tag_name("Piece"));
+    let named = |piece: Node| piece.attribute("Source").map(str::to_owned);
+    let names: Option<Vec<String>> = all.map(named).collect();
+    let names = names.filter(|names| !names.is_empty());
+    Ok(names.ok_or_else(|| "its pieces name no files (Source)".to_owned())?)
+}
+
 fn unknown(attribute: &str, found: &str, expected: &str) -> Fault {
     Fault::Invalid(format!(
         "{attribute} is '{}': expected {expected}",
@@ -137,9 +149,6 @@ fn unknown(attribute: &str, found: &str, expected: &str) -> Fault {
 fn check_kind(root: Node) -> Result<(), Fault> {
     match (root.tag_name().name(), root.attribute("type")) {
         ("VTKFile", Some("ImageData")) => Ok(()),
-        ("VTKFile", Some("PImageData")) => Err(unsupported(
-            "the index of an image in several files: save the image as one .vti file",
-        )),
         ("VTKFile", kind) => Err(unsupported(format!(
             "VTK data of type '{}': only ImageData is a volume; resample the data to an image first",
             excerpt(kind.unwrap_or_default())
@@ -161,10 +170,18 @@ fn only_piece<'a>(image: Node<'a, 'a>) -> Result<Node<'a, 'a>, Fault> {
         .children()
         .filter(|child| child.has_tag_name("Piece"))
         .count();
-    let whole = extent(image, "WholeExtent")?;
-    if count > 1 || extent(piece, "Extent")? != whole {
+    if count > 1 {
         return Err(unsupported(format!(
-            "{count} piece(s) that are not the whole: save the image as one piece"
+            "{count} pieces in one file: save the image as one piece"
+        )));
+    }
+    // A piece of an image in several files is a part of the whole.
+    let (whole, own) = (extent(image, "WholeExtent")?, extent(piece, "Extent")?);
+    let is_inside = (0..3)
+        .all(|axis| own[2 * axis] >= whole[2 * axis] && own[2 * axis + 1] <= whole[2 * axis + 1]);
+    if !is_inside {
+        return Err(Fault::Invalid(format!(
+            "the Extent {own:?} of its piece reaches out of the WholeExtent {whole:?}"
         )));
     }
     Ok(piece)
@@ -196,8 +213,12 @@ fn extent(node: Node, name: &str) -> Result<Extent, String> {
 }
 
 /// Sizes and place of the values. Cells are one less than points along an axis, and stand half a step further.
-fn geometry(image: Node, centring: Centring) -> Result<([usize; 3], DAffine3), String> {
-    let extent = extent(image, "WholeExtent")?;
+/// Sizes and place of a piece, which may be a part of the whole.
+fn geometry(
+    (image, piece): (Node, Node),
+    centring: Centring,
+) -> Result<([usize; 3], DAffine3), String> {
+    let extent = extent(piece, "Extent")?;
     let origin = vector(image, "Origin")?.unwrap_or(DVec3::ZERO);
     let spacing = vector(image, "Spacing")?.unwrap_or(DVec3::ONE);
     let axes = direction(image)? * DMat3::from_diagonal(spacing);

@@ -11,13 +11,15 @@
 //! Limits: one piece; data at points or in cells (a cell's value stands at its centre); no LZ4 and no LZMA.
 
 mod head;
+mod pieces;
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::{io, vec};
 
 use resample_core::narrow::count;
+use resample_io::Gate;
 
 use crate::Error;
 use crate::input::decode::component::Interleaved;
@@ -66,12 +68,32 @@ pub(crate) fn load(
     options: &LoadOptions,
     components: &[usize],
 ) -> Result<Parts, Error> {
+    let Some(files) = pieces::files(path, &options.gate)? else {
+        return load_one(path, options, components);
+    };
+    let read = |file: &PathBuf| load_one(file, options, components);
+    let parts = files
+        .iter()
+        .map(read)
+        .collect::<Result<Vec<Parts>, Error>>()?;
+    pieces::joined(parts, &options.gate).map_err(|fault| fault.at(path))
+}
+
+fn load_one(path: &Path, options: &LoadOptions, components: &[usize]) -> Result<Parts, Error> {
     let (mut file, held) = open_sized(path)?;
     read(&mut file, held, options, components).map_err(|fault| fault.at(path))
 }
 
+/// The file itself, or the first piece that an index names.
+fn first_piece(path: &Path) -> Result<PathBuf, Error> {
+    let files = pieces::files(path, &Gate::default())?;
+    let first = files.into_iter().flatten().next();
+    Ok(first.unwrap_or_else(|| path.to_owned()))
+}
+
 /// How many bytes of colour a voxel has; `None` where it is a number.
 pub(crate) fn colours(path: &Path, array: Option<&str>) -> Result<Option<usize>, Error> {
+    let path = &first_piece(path)?;
     let (mut file, _) = open_sized(path)?;
     let image = XmlText::read(&mut file)
         .and_then(|text| head::parse(&text.xml, array))
@@ -81,6 +103,7 @@ pub(crate) fn colours(path: &Path, array: Option<&str>) -> Result<Option<usize>,
 
 /// The names of all arrays of a file.
 pub(crate) fn array_names(path: &Path) -> Result<(Vec<String>, Option<String>), Error> {
+    let path = &first_piece(path)?;
     let (mut file, _) = open_sized(path)?;
     XmlText::read(&mut file)
         .and_then(|text| head::array_names(&text.xml))
