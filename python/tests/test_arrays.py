@@ -141,6 +141,16 @@ def test_zarr(codes, tmp_path):
     assert np.array_equal(fr.volsplat(array, **SIZE), fr.volsplat(codes, **SIZE))
 
 
+def test_zarr_filters(codes, tmp_path):
+    zarr = pytest.importorskip("zarr")
+    numcodecs = pytest.importorskip("numcodecs.zarr3")
+    path = tmp_path / "a.zarr"
+    words = {"shape": codes.shape, "chunks": (8, 16, 16), "dtype": codes.dtype}
+    array = zarr.create_array(str(path), filters=[numcodecs.Delta(dtype=codes.dtype.str)], **words)
+    array[...] = codes
+    assert np.array_equal(fr.Volume(path).render(**SIZE), fr.volsplat(codes, **SIZE))
+
+
 def test_dlpack(codes):
     class Tensor:
         """What an array of another package is, seen from here."""

@@ -133,7 +133,7 @@ fn version_3(meta: &Value) -> Result<Array, Fault> {
         (Some("v2"), Some("/")) => ("", '/'),
         _ => return Err(unsupported(format!("chunk key encoding {encoding}"))),
     };
-    let codecs = codecs_3(&meta["codecs"], chunk.len())?;
+    let codecs = codecs_3(&meta["codecs"], voxel_type, chunk.len())?;
     Ok(Array {
         shape: sizes(&meta["shape"], "shape")?,
         chunk,
@@ -144,7 +144,32 @@ fn version_3(meta: &Value) -> Result<Array, Fault> {
     })
 }
 
-fn codecs_3(list: &Value, axes: usize) -> Result<Codecs, Fault> {
+/// The type of the filter `delta`, which must be that of the elements.
+fn differences(settings: &Value, voxel_type: VoxelType) -> Result<VoxelType, Fault> {
+    let names = [&settings["dtype"], &settings["astype"]];
+    for name in names.iter().filter_map(|name| name.as_str()) {
+        // A sign of the byte order may stand first.
+        let name = name.trim_start_matches(['<', '>', '|', '=']);
+        if type_of(name)? != voxel_type {
+            return Err(unsupported(
+                "differences of another type than the elements: write the array without the filter 'delta'",
+            ));
+        }
+    }
+    Ok(voxel_type)
+}
+
+fn shuffle(settings: &Value) -> Result<Packing, Fault> {
+    let size = settings["elementsize"].as_u64().unwrap_or(4);
+    match size {
+        1..=8 => Ok(Packing::Shuffle(size as usize)),
+        _ => Err(Fault::Invalid(format!(
+            "the filter 'shuffle' has elements of {size} bytes: expected 1 to 8"
+        ))),
+    }
+}
+
+fn codecs_3(list: &Value, voxel_type: VoxelType, axes: usize) -> Result<Codecs, Fault> {
     let mut codecs = Codecs {
         order: (0..axes).collect(),
         ..Codecs::default()
@@ -164,12 +189,16 @@ fn codecs_3(list: &Value, axes: usize) -> Result<Codecs, Fault> {
             "gzip" => codecs.packings.push(Packing::Gzip),
             "zstd" => codecs.packings.push(Packing::Zstd),
             "crc32c" => codecs.packings.push(Packing::Crc32c),
+            "numcodecs.delta" if codecs.packings.is_empty() && codecs.delta.is_none() => {
+                codecs.delta = Some(differences(settings, voxel_type)?);
+            }
+            "numcodecs.shuffle" => codecs.packings.push(shuffle(settings)?),
             "numcodecs.zlib" => codecs.packings.push(Packing::Zlib),
             "sharding_indexed" => {
-                let index = codecs_3(&settings["index_codecs"], axes + 1)?;
+                let index = codecs_3(&settings["index_codecs"], VoxelType::U64, axes + 1)?;
                 codecs.shard = Some(Box::new(Shard {
                     chunk: sizes(&settings["chunk_shape"], "chunk_shape")?,
-                    codecs: codecs_3(&settings["codecs"], axes)?,
+                    codecs: codecs_3(&settings["codecs"], voxel_type, axes)?,
                     index_is_first: settings["index_location"] == "start",
                     index_packings: index.packings,
                 }));
@@ -212,30 +241,37 @@ fn version_2(meta: &Value) -> Result<Array, Fault> {
         Endian::Little
     };
     let chunk = sizes(&meta["chunks"], "chunks")?;
-    if meta["filters"]
-        .as_array()
-        .is_some_and(|filters| !filters.is_empty())
-    {
-        return Err(unsupported(
-            "filters before the compressor: write the array without them",
-        ));
+    let mut packings = Vec::new();
+    let mut delta = None;
+    for filter in meta["filters"].as_array().into_iter().flatten() {
+        match filter["id"].as_str().unwrap_or("?") {
+            "delta" if packings.is_empty() && delta.is_none() => {
+                delta = Some(differences(filter, voxel_type)?);
+            }
+            "shuffle" => packings.push(shuffle(filter)?),
+            other => {
+                return Err(unsupported(format!(
+                    "filter '{other}' before the compressor: write the array without it"
+                )));
+            }
+        }
     }
     let compressor = &meta["compressor"];
-    let packings = match (compressor.is_null(), compressor["id"].as_str()) {
-        (true, _) => Vec::new(),
-        (_, Some("blosc")) => vec![Packing::Blosc],
-        (_, Some("zlib")) => vec![Packing::Zlib],
-        (_, Some("gzip")) => vec![Packing::Gzip],
-        (_, Some("zstd")) => vec![Packing::Zstd],
-        (_, Some("lz4")) => vec![Packing::Lz4],
-        (_, Some("bz2")) => vec![Packing::Bzip2],
+    packings.extend(match (compressor.is_null(), compressor["id"].as_str()) {
+        (true, _) => None,
+        (_, Some("blosc")) => Some(Packing::Blosc),
+        (_, Some("zlib")) => Some(Packing::Zlib),
+        (_, Some("gzip")) => Some(Packing::Gzip),
+        (_, Some("zstd")) => Some(Packing::Zstd),
+        (_, Some("lz4")) => Some(Packing::Lz4),
+        (_, Some("bz2")) => Some(Packing::Bzip2),
         (_, other) => {
             let other = other.unwrap_or("?");
             return Err(unsupported(format!(
                 "compressor '{other}': write the array with zstd, zlib or blosc"
             )));
         }
-    };
+    });
     let axes = chunk.len();
     let stored: Vec<usize> = if meta["order"] == "F" {
         (0..axes).rev().collect()
@@ -256,6 +292,7 @@ fn version_2(meta: &Value) -> Result<Array, Fault> {
             endian,
             order: stored,
             packings,
+            delta,
             shard: None,
         },
         name: ("", separator),

@@ -9,7 +9,7 @@ use std::io::Read;
 
 use crate::input::decode::check_expansion;
 use crate::input::file::{Fault, unsupported};
-use crate::volume::Endian;
+use crate::volume::{Endian, VoxelType};
 
 /// How the elements of a chunk become bytes.
 #[derive(Debug, Default)]
@@ -17,6 +17,8 @@ pub(crate) struct Codecs {
     pub(crate) endian: Endian,
     /// The axes as they are stored, the slowest first.
     pub(crate) order: Vec<usize>,
+    /// The type of elements that are stored as differences from the one before.
+    pub(crate) delta: Option<VoxelType>,
     /// Where a chunk is a shard: how it is cut.
     pub(crate) shard: Option<Box<Shard>>,
     /// Packings of the bytes, in order.
@@ -43,6 +45,8 @@ pub(crate) enum Packing {
     Lz4,
     Bzip2,
     Crc32c,
+    /// The first bytes of all elements of this size, then the second ones, and so on.
+    Shuffle(usize),
 }
 
 /// The mark of an inner chunk that was never written.
@@ -88,12 +92,15 @@ pub(crate) fn unpack(
             fill,
         );
     }
-    let bytes = undone(&codecs.packings, packed, Size::Exactly(needed))?;
+    let mut bytes = undone(&codecs.packings, packed, Size::Exactly(needed))?;
     if bytes.len() != needed {
         return Err(Fault::Invalid(format!(
             "the chunk has {} bytes, and its shape needs {needed}",
             bytes.len()
         )));
+    }
+    if let Some(of) = codecs.delta {
+        sum_up(&mut bytes, of, codecs.endian);
     }
     if codecs.order.iter().copied().eq(0..shape.len()) {
         return Ok(bytes);
@@ -142,9 +149,39 @@ fn undone(packings: &[Packing], packed: &[u8], size: Size) -> Result<Vec<u8>, Fa
             }
             Packing::Bzip2 => all_of(bzip2::read::MultiBzDecoder::new(bytes.as_slice()), needed)?,
             Packing::Zstd => zstd(&bytes, needed)?,
+            Packing::Shuffle(size) => bytes_unshuffled(&bytes, *size),
         };
     }
     Ok(bytes)
+}
+
+/// From differences to elements: each is the sum of all up to it.
+fn sum_up(bytes: &mut [u8], of: VoxelType, endian: Endian) {
+    macro_rules! sums {
+        ($kind:ty, $add:expr) => {{
+            let mut sum = <$kind>::default();
+            for element in bytes.chunks_exact_mut(size_of::<$kind>()) {
+                let mut own = [0; size_of::<$kind>()];
+                own.copy_from_slice(element);
+                sum = match endian {
+                    Endian::Little => $add(sum, <$kind>::from_le_bytes(own)),
+                    Endian::Big => $add(sum, <$kind>::from_be_bytes(own)),
+                };
+                element.copy_from_slice(&match endian {
+                    Endian::Little => sum.to_le_bytes(),
+                    Endian::Big => sum.to_be_bytes(),
+                });
+            }
+        }};
+    }
+    match of {
+        VoxelType::U8 | VoxelType::I8 => sums!(u8, u8::wrapping_add),
+        VoxelType::U16 | VoxelType::I16 => sums!(u16, u16::wrapping_add),
+        VoxelType::U32 | VoxelType::I32 => sums!(u32, u32::wrapping_add),
+        VoxelType::U64 | VoxelType::I64 => sums!(u64, u64::wrapping_add),
+        VoxelType::F32 => sums!(f32, |sum: f32, own: f32| sum + own),
+        VoxelType::F64 => sums!(f64, |sum: f64, own: f64| sum + own),
+    }
 }
 
 /// The bytes of a chunk of another format that is packed in one of these ways, at most so many.
@@ -382,6 +419,11 @@ fn unshuffled(header: &Header, block: Vec<u8>) -> Vec<u8> {
     if header.flags & BYTES_SHUFFLED == 0 || element == 1 {
         return block;
     }
+    bytes_unshuffled(&block, element)
+}
+
+/// Puts the bytes of each element together again.
+fn bytes_unshuffled(block: &[u8], element: usize) -> Vec<u8> {
     let count = block.len() / element;
     let mut bytes = Vec::with_capacity(block.len());
     for i in 0..count {

@@ -99,6 +99,67 @@ fn loaded(path: &Path) -> Volume {
 }
 
 #[test]
+fn differences_and_shuffled_bytes_are_undone() {
+    let differences = |bytes: Vec<u8>| -> Vec<u8> {
+        let own = bytes
+            .chunks_exact(2)
+            .map(|b| u16::from_le_bytes([b[0], b[1]]));
+        let own: Vec<u16> = own.collect();
+        let before = [0].into_iter().chain(own.clone());
+        let steps = own
+            .into_iter()
+            .zip(before)
+            .map(|(own, before)| own.wrapping_sub(before));
+        steps.flat_map(u16::to_le_bytes).collect()
+    };
+    let shuffled = |bytes: Vec<u8>| -> Vec<u8> {
+        let half = |at: usize| bytes.iter().skip(at).step_by(2).copied();
+        half(0).chain(half(1)).collect()
+    };
+    let delta = r#"{"id": "delta", "dtype": "<u2", "astype": "<u2"}"#;
+    let shuffle = r#"{"id": "shuffle", "elementsize": 2}"#;
+    let list = |filters: &str| {
+        let meta = array_2(r#"{"id": "zlib", "level": 1}"#);
+        meta.replace("\"filters\": null", &format!("\"filters\": [{filters}]"))
+    };
+    type Pack<'a> = &'a dyn Fn(Vec<u8>) -> Vec<u8>;
+    let cases: [(String, Pack); 3] = [
+        (list(delta), &|bytes| zlib(&differences(bytes))),
+        (list(shuffle), &|bytes| zlib(&shuffled(bytes))),
+        (list(&format!("{delta}, {shuffle}")), &|bytes| {
+            zlib(&shuffled(differences(bytes)))
+        }),
+    ];
+    for (meta, pack) in cases {
+        let folder = Folder::new();
+        let array = folder.path("a.zarr");
+        write(&array.join(".zarray"), meta.as_bytes());
+        write_chunks(&array, ("", "/"), pack);
+        assert_eq!(loaded(&array).voxels, expected(), "{meta}");
+    }
+    for (filters, part) in [
+        (
+            r#"{"id": "delta", "dtype": "<i4"}"#.to_owned(),
+            "another type",
+        ),
+        (format!("{shuffle}, {delta}"), "filter 'delta'"),
+        (
+            r#"{"id": "shuffle", "elementsize": 0}"#.to_owned(),
+            "0 bytes",
+        ),
+        (r#"{"id": "quantize"}"#.to_owned(), "'quantize'"),
+    ] {
+        let folder = Folder::new();
+        let array = folder.path("a.zarr");
+        write(&array.join(".zarray"), list(&filters).as_bytes());
+        let complaint = load(&array, &LoadOptions::default())
+            .expect_err(part)
+            .to_string();
+        assert!(complaint.contains(part), "{complaint}");
+    }
+}
+
+#[test]
 fn every_compression_of_version_2_reads_back() {
     type Pack = fn(Vec<u8>) -> Vec<u8>;
     let lz4: Pack = |bytes| blosc(&bytes, 1 | 1 << 5 | 16, lz4_flex::block::compress);
