@@ -11,7 +11,7 @@ use std::path::Path;
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::Error;
-use crate::input::decode::{self, Layout};
+use crate::input::decode::{self, Layout, component};
 use crate::input::file::{Fault, Lines, Parts, excerpt};
 use crate::input::{LoadOptions, open_sized};
 use crate::volume::{Endian, Lattice, VoxelType, Voxels, voxel_count};
@@ -76,22 +76,7 @@ fn read(
         )));
     }
     options.gate.ask(all as u64 * 4, "the values")?;
-    let chosen: &[usize] = match (components, header.orbitals) {
-        ([], 1) => &[0],
-        ([], orbitals) => {
-            return Err(Fault::Option(format!(
-                "it holds {orbitals} orbitals: choose one with component=N, from 0 to {}",
-                orbitals - 1
-            )));
-        }
-        (chosen, _) => chosen,
-    };
-    if let Some(beyond) = chosen.iter().find(|&&number| number >= header.orbitals) {
-        let orbitals = header.orbitals;
-        return Err(Fault::Option(format!(
-            "component={beyond}: it holds {orbitals} orbitals, counted from 0"
-        )));
-    }
+    let chosen = component::chosen(components, header.orbitals)?;
     let layout = Layout {
         voxel_type: VoxelType::F32,
         endian: Endian::Little,
@@ -237,7 +222,10 @@ mod tests {
             f64::from(0.35f32)
         );
         let complaint = load(&path, &LoadOptions::default()).expect_err("two");
-        assert!(complaint.to_string().contains("2 orbitals"), "{complaint}");
+        assert!(
+            complaint.to_string().contains("2 components"),
+            "{complaint}"
+        );
         survive_damage(&file("2", "", "", 24), &LoadOptions::default(), 200);
     }
 }

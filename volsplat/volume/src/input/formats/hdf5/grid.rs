@@ -11,6 +11,7 @@ use serde_json::Value;
 
 use crate::input::axes;
 use crate::input::axes::{ImageAxes, ImageChannel};
+use crate::input::decode::component;
 use crate::input::file::{Fault, unsupported};
 use crate::input::formats::hdf5::plan::{Plan, Scaling, Slab, Values, placed};
 use crate::input::formats::hdf5::slab::Taken;
@@ -198,18 +199,7 @@ pub(crate) fn plan(
         ))),
     };
     let when = one("time", time, options.time.unwrap_or(0))?;
-    let components = match (components, inner) {
-        ([], Some(axis)) => {
-            return Err(unsupported(format!(
-                "the array {} has {} components a voxel: choose one with component=N, from 0 to {}",
-                found.path,
-                shape[axis],
-                shape[axis] - 1
-            )));
-        }
-        ([], None) => &[0],
-        (chosen, _) => chosen,
-    };
+    let components = component::chosen(components, inner.map_or(1, |axis| shape[axis]))?;
     let slab = |&component: &usize| {
         let component = one("component", inner, component)?;
         let taken = meanings

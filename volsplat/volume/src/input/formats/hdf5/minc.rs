@@ -8,6 +8,7 @@
 use glam::DVec3;
 use netcdf_reader::{NcFile, NcGroup, NcType};
 
+use crate::input::decode::component;
 use crate::input::file::{Fault, unsupported};
 use crate::input::formats::hdf5::plan::{Plan, Scaling, Slab, Values, placed};
 use crate::input::formats::hdf5::slab::Taken;
@@ -89,16 +90,7 @@ impl Image<'_> {
         };
         let time = chosen("time", "time", options.time.unwrap_or(0))?;
         let vectors = self.size_of("vector_dimension");
-        let components = match (components, vectors) {
-            ([], 1) => &[0],
-            ([], _) => {
-                return Err(Fault::Option(format!(
-                    "each voxel has {vectors} components: choose one with component=N, from 0 to {}",
-                    vectors - 1
-                )));
-            }
-            (chosen, _) => chosen,
-        };
+        let components = component::chosen(components, vectors)?;
         let (mut steps, mut first, mut dims) = ([DVec3::ZERO; 3], DVec3::ZERO, [1; 3]);
         let mut spatial = Vec::new();
         for (name, &size) in self.axes.iter().zip(&shape) {

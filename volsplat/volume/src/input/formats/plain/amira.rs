@@ -9,10 +9,11 @@ use std::path::Path;
 
 use crate::Error;
 use crate::input::decode;
-use crate::input::decode::Layout;
+use crate::input::decode::component::Interleaved;
+use crate::input::decode::{Layout, component};
 use crate::input::file::{Fault, Lines, Parts, excerpt, unsupported};
 use crate::input::{LoadOptions, axes, open_sized};
-use crate::volume::{Endian, Lattice, VoxelType, Voxels, voxel_count};
+use crate::volume::{Endian, Lattice, VoxelType, Voxels, map_voxels, voxel_count};
 
 /// The first words of a file.
 const MARKS: [&str; 2] = ["# AmiraMesh", "# Avizo"];
@@ -97,15 +98,11 @@ fn read(
     let section = (header.sections.get(wanted))
         .ok_or_else(|| unsupported("it has no numbers on its lattice"))?;
     let count = voxel_count(dims)?;
-    let layout = |section: &Section| {
-        let count = count.checked_mul(section.components);
-        Ok::<_, String>(Layout {
-            voxel_type: section.voxel_type,
-            endian: header.endian.unwrap_or(Endian::Little),
-            count: count.ok_or("more numbers than can be counted")?,
-        })
+    let bytes_of = |section: &Section| {
+        let scalars = (count as u64).saturating_mul(section.components as u64);
+        scalars.saturating_mul(section.voxel_type.bytes() as u64)
     };
-    let needed = layout(section)?.bytes()?;
+    let needed = bytes_of(section);
     options.gate.ask_unpacked(needed, held, "the voxels")?;
     let mut label = header.label.clone();
     for before in &header.sections[..wanted] {
@@ -114,7 +111,7 @@ fn read(
         }
         expect(&label, &before.label)?;
         let bytes = match before.packing {
-            Packing::None => layout(before)?.bytes()?,
+            Packing::None => bytes_of(before),
             Packing::Runs(bytes) | Packing::Zlib(bytes) => bytes,
         };
         let passed = std::io::copy(&mut (&mut *file).take(bytes), &mut std::io::sink());
@@ -124,61 +121,68 @@ fn read(
         label = next_label(file)?;
     }
     expect(&label, &section.label)?;
-    let all = numbers(file, section, &layout(section)?, header.endian)?;
-    let chosen: &[usize] = match (components, section.components) {
-        ([], 1) => &[0],
-        ([], count) => {
-            return Err(Fault::Option(format!(
-                "the array {} has {count} components: choose one with component=N, from 0 to {}",
-                section.name,
-                count - 1
-            )));
-        }
-        (chosen, _) => chosen,
-    };
-    if let Some(beyond) = chosen.iter().find(|&&number| number >= section.components) {
-        let count = section.components;
-        return Err(Fault::Option(format!(
-            "component={beyond}: the array {} has {count}, counted from 0",
-            section.name
-        )));
-    }
-    let of = |&number: &usize| {
-        crate::volume::map_voxels!(&all, values => {
-            values.iter().skip(number).step_by(section.components).copied().collect()
-        })
-    };
+    let chosen = component::chosen(components, section.components)?;
+    let voxels = numbers(file, section, (count, header.endian), chosen)?;
     Ok(Parts {
         lattice: Lattice {
             unit: header.unit.clone(),
             ..Lattice::unnamed(dims, placed(dims, header.bounds))
         },
-        voxels: chosen.iter().map(of).collect(),
+        voxels,
     })
 }
 
-/// Unpacks the numbers of a section.
+/// Unpacks the wanted components of a section.
 fn numbers(
     file: &mut dyn BufRead,
     section: &Section,
-    layout: &Layout,
-    endian: Option<Endian>,
-) -> Result<Voxels, Fault> {
+    (count, endian): (usize, Option<Endian>),
+    chosen: Vec<usize>,
+) -> Result<Vec<Voxels>, Fault> {
+    let layout = Layout {
+        voxel_type: section.voxel_type,
+        endian: endian.unwrap_or(Endian::Little),
+        count,
+    };
+    let interleaved = Interleaved {
+        scalar_bytes: section.voxel_type.bytes(),
+        components: section.components,
+        chosen,
+    };
     if endian.is_none() {
-        return Ok(decode::text(file, layout)?);
+        return text(file, &layout, &interleaved);
     }
-    let needed = layout.bytes()?;
+    let needed = layout.bytes()?.saturating_mul(section.components as u64);
     Ok(match section.packing {
-        Packing::None => decode::binary(&mut file.take(needed), layout)?,
+        Packing::None => component::read(file.take(needed), &layout, &interleaved)?,
         Packing::Zlib(bytes) => {
-            let mut plain = flate2::bufread::ZlibDecoder::new(file.take(bytes));
-            decode::binary(&mut plain, layout)?
+            let plain = flate2::bufread::ZlibDecoder::new(file.take(bytes));
+            component::read(plain, &layout, &interleaved)?
         }
         Packing::Runs(bytes) => {
             let plain = runs(&mut file.take(bytes), needed)?;
-            decode::binary(&mut plain.as_slice(), layout)?
+            component::read(plain.as_slice(), &layout, &interleaved)?
         }
     })
+}
+
+fn text(
+    file: &mut dyn BufRead,
+    layout: &Layout,
+    interleaved: &Interleaved,
+) -> Result<Vec<Voxels>, Fault> {
+    let count = layout.count.checked_mul(interleaved.components);
+    let all = Layout {
+        count: count.ok_or_else(|| "more numbers than can be counted".to_owned())?,
+        ..*layout
+    };
+    let all = decode::text(file, &all)?;
+    let of = |&number: &usize| {
+        map_voxels!(&all, values => {
+            values.iter().skip(number).step_by(interleaved.components).copied().collect()
+        })
+    };
+    Ok(interleaved.chosen.iter().map(of).collect())
 }
 
 /// Amira's runs: a byte below 128 repeats the next one so often; of others, the lower bits count bytes that follow as they are.
