@@ -1,5 +1,6 @@
 //! Small good files of every format, from which fuzzing begins; made here, byte by byte.
 
+mod arrays;
 mod binary;
 mod gaussians;
 mod meshes;

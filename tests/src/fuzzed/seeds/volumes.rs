@@ -1,9 +1,14 @@
 //! Volumes of 2x3x4 voxels.
 
+use super::arrays;
 use super::binary::{deflate, floats, gzip, shorts, zlib};
 use super::{Seed, pictures};
 
-pub(super) const WORDS: [&str; 46] = [
+pub(super) const WORDS: [&str; 50] = [
+    "define Lattice ",
+    "(HxByteRLE,",
+    "CDF\x01",
+    "missing_value",
     "# vtk DataFile Version 3.0",
     "STRUCTURED_POINTS",
     "DIMENSIONS ",
@@ -72,6 +77,7 @@ pub(super) fn files() -> Vec<Seed> {
     files.extend(vti());
     files.extend(vtk());
     files.extend(dicom());
+    files.extend(arrays::files());
     files.extend([
         ("nifti.nii", nifti()),
         ("nifti.nii.gz", gzip(&nifti())),
