@@ -100,7 +100,7 @@ const MICROSCOPE: &str = "a microscope's own file (CZI, ND2, OIB or another): sa
 const XDMF: &str = "an XDMF file, which describes arrays in other files: give the HDF5 file beside it, with #array=NAME";
 
 /// Marks of formats that people may hand in and that are not read here, with what to do.
-const NOT_READ: [(&[u8], &str); 13] = [
+const NOT_READ: [(&[u8], &str); 14] = [
     (b"glTF", "a mesh (glTF): the command texmap draws it"),
     (b"ply\n", "a mesh (PLY): the command texmap draws it"),
     (
@@ -119,6 +119,10 @@ const NOT_READ: [(&[u8], &str); 13] = [
     (
         b" BDV",
         "an OpenVDB file, a sparse grid: in Python, copyToArray of openvdb makes an array of it, which fr.volsplat draws",
+    ),
+    (
+        b"MATLAB 5.0",
+        "a file of MATLAB before 7.3: save it with save(NAME, '-v7.3')",
     ),
     (b"ZISRAWFILE", MICROSCOPE),
     (b"\xda\xce\xbe\x0a", MICROSCOPE),

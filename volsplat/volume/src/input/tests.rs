@@ -176,3 +176,28 @@ fn values_are_rescaled_before_anything_else_sees_them() {
     .expect_err("no scale");
     assert!(none.to_string().contains("slope non-zero"), "{none}");
 }
+
+#[test]
+fn formats_that_are_not_read_are_named_with_a_way_out() {
+    let cases: [(&[u8], &str, &str); 9] = [
+        (b"glTF", "glTF", "texmap"),
+        (b" BDV", "OpenVDB", "copyToArray"),
+        (b"MATLAB 5.0 MAT-file", "before 7.3", "-v7.3"),
+        (b"ZISRAWFILE", "CZI", "OME-TIFF"),
+        (b"\xda\xce\xbe\x0a", "ND2", "OME-Zarr"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "OIB", "Fiji"),
+        (b"# AVS field file", "AVS", "--skip"),
+        (b"<Xdmf Version=\"3.0\">", "XDMF", "HDF5"),
+        (b"PK\x03\x04", "ZIP", "unpack"),
+    ];
+    for (mark, name, way) in cases {
+        let (_folder, path) = file_with(&[mark, &[0; 600]].concat());
+        let complaint = load(&path, &LoadOptions::default()).expect_err(name);
+        let complaint = complaint.to_string();
+        assert!(
+            complaint.contains(name) && complaint.contains(way),
+            "{complaint}"
+        );
+        assert_eq!(format_of(&path).expect("readable"), None, "{name}");
+    }
+}
