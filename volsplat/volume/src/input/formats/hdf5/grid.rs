@@ -13,7 +13,8 @@ use crate::input::axes;
 use crate::input::axes::{ImageAxes, ImageChannel};
 use crate::input::decode::component;
 use crate::input::file::{Fault, unsupported};
-use crate::input::formats::hdf5::plan::{Plan, Scaling, Slab, Values, placed};
+use crate::input::formats::hdf5::placed;
+use crate::input::formats::hdf5::plan::{Plan, Scaling, Slab, Values, placed as axes_placed};
 use crate::input::formats::hdf5::slab::Taken;
 use crate::input::formats::hdf5::tree::{Found, arrays, is_number, text};
 use crate::input::options::LoadOptions;
@@ -254,9 +255,14 @@ fn lattice(file: &NcFile, found: &Found, meanings: &[Axis], gate: &Gate) -> Resu
     let spatial: Vec<usize> = spatial.collect::<Vec<_>>().into_iter().rev().collect();
     let sizes = found.numbers("element_size_um");
     let mut dims = [1; 3];
-    let mut all = Vec::new();
     for (place, &axis) in spatial.iter().enumerate() {
         dims[place] = shape[axis];
+    }
+    if let Some(lattice) = placed::lattice(file, found, dims)? {
+        return Ok(lattice);
+    }
+    let mut all = Vec::new();
+    for (place, &axis) in spatial.iter().enumerate() {
         let along = match found.coordinates(&names[axis]) {
             Some(_) => places(file, found, &names[axis], gate)?,
             None => {
@@ -305,7 +311,7 @@ fn lattice(file: &NcFile, found: &Found, meanings: &[Axis], gate: &Gate) -> Resu
     Ok(Lattice {
         unit: unit.filter(|_| is_same),
         up_hint: is_up.then_some(DVec3::Z),
-        ..Lattice::unnamed(dims, placed(steps, first))
+        ..Lattice::unnamed(dims, axes_placed(steps, first))
     })
 }
 

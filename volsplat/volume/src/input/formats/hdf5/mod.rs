@@ -1,12 +1,13 @@
 //! HDF5 and NetCDF, files of arrays: `.h5`, `.hdf5`, `.nc`, MATLAB's `.mat` (7.3), and two formats of images inside, Imaris and MINC.
 //!
 //! Takes a path, gives the parts of a volume. `netcdf-reader` decodes the groups and unpacks the chunks; `imaris`, `minc` and `grid` plan which
-//! part of which array makes the volume (`plan`); `slab` reads it. `tree` lists the arrays.
+//! part of which array makes the volume (`plan`), `placed` reads the places that VTK and ITK give; `slab` reads the part. `tree` lists the arrays.
 //! Limits: integers, real numbers of 32 and 64 bits and booleans; arrays lie in the file itself; the wanted part is unpacked as a whole.
 
 mod grid;
 mod imaris;
 mod minc;
+mod placed;
 mod plan;
 mod slab;
 mod tree;

@@ -143,6 +143,63 @@ fn sizes_of_elements_and_of_unsigned_and_scaled_numbers_are_those_of_the_file() 
     assert_eq!(volume.unit.as_deref(), Some("µm"));
 }
 
+#[test]
+fn images_of_vtk_and_itk_lie_where_their_groups_say() {
+    let numbers =
+        |name: &str, values: &[f64]| AttributeBuilder::vector(name, values).expect("some");
+    let facts = |name: &str| {
+        file(
+            vec![array(&format!("VTKHDF/{name}/a"), &SHAPE, &values())],
+            vec![
+                ("VTKHDF", numbers("Spacing", &[2.0, 3.0, 4.0])),
+                ("VTKHDF", numbers("Origin", &[10.0, 20.0, 30.0])),
+                (
+                    "VTKHDF",
+                    numbers("WholeExtent", &[1.0, 5.0, 0.0, 3.0, 0.0, 2.0]),
+                ),
+                (
+                    "VTKHDF",
+                    numbers("Direction", &[0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
+                ),
+            ],
+        )
+    };
+    // x of the voxels runs along y, and y against x.
+    for (name, first) in [
+        ("PointData", DVec3::new(10.0, 22.0, 30.0)),
+        ("CellData", DVec3::new(8.5, 23.0, 32.0)),
+    ] {
+        let volume = loaded(&facts(name), &LoadOptions::default());
+        let map = volume.world_from_index;
+        assert_eq!(map.translation, first, "{name}");
+        assert_eq!(
+            map.transform_vector3(DVec3::ONE),
+            DVec3::new(-3.0, 2.0, 4.0)
+        );
+    }
+    let place = "ITKImage/0";
+    let itk = file(
+        vec![
+            array(&format!("{place}/VoxelData"), &SHAPE, &values()),
+            array(&format!("{place}/Spacing"), &[3], &[2.0, 3.0, 4.0]),
+            array(&format!("{place}/Origin"), &[3], &[10.0, 20.0, 30.0]),
+            array(
+                &format!("{place}/Directions"),
+                &[3, 3],
+                &[0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+            ),
+        ],
+        vec![],
+    );
+    let volume = loaded(&itk, &LoadOptions::default());
+    let map = volume.world_from_index;
+    assert_eq!(
+        map.transform_point3(DVec3::ONE),
+        DVec3::new(7.0, 22.0, 34.0)
+    );
+    assert_eq!(volume.space.as_deref(), Some("left-posterior-superior"));
+}
+
 /// A grid of climate: longitudes, latitudes from the north, depths that grow downwards, and a field with a value that is missing.
 fn climate(format: NcWriteFormat) -> Vec<u8> {
     let mut builder = NcFileBuilder::new();

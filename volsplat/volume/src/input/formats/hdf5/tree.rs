@@ -51,6 +51,12 @@ impl<'a> Found<'a> {
         })
     }
 
+    /// The group of a name that the array lies in.
+    pub(crate) fn group(&self, name: &str) -> Option<&'a NcGroup> {
+        let groups = self.groups.iter().map(|(_, group)| *group);
+        { groups }.find(|group| group.name == name)
+    }
+
     pub(crate) fn text(&self, name: &str) -> Option<String> {
         text(&self.variable.attributes, name)
     }
