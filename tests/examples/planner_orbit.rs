@@ -12,8 +12,8 @@ use std::process::Command;
 
 use resample_core::Image;
 use resample_core::metrics::{Mask, compare};
+use resample_io::rendered;
 use resample_tests::data::{data_dir, skipped};
-use resample_tests::exr_read::read_rgba;
 use serde_json::{Value, json};
 use volsplat::procedural;
 use volsplat::volume::Voxels;
@@ -283,8 +283,9 @@ impl Bench {
     }
 
     fn picture(&self, folder: &str, frame: usize) -> Image {
-        read_rgba(
-            self.folder
+        rendered::read(
+            &self
+                .folder
                 .join(plain(folder))
                 .join(format!("{frame:04}.exr")),
         )

@@ -12,7 +12,6 @@ pub mod warps;
 
 pub mod choices;
 pub mod data;
-pub mod exr_read;
 pub mod extremes;
 pub mod frames;
 pub mod fuzzed;

@@ -8,11 +8,11 @@
 use glam::{DMat3, DVec3};
 use resample_core::camera::{Camera, Intrinsics, PixelCentre};
 use resample_core::{Image, LookAt};
+use resample_io::rendered;
 use serde_json::Value;
 use texmap::{LoadOptions, Scene};
 
 use crate::data::data_file;
-use crate::exr_read::read_rgba;
 
 /// Picture side, px.
 pub const SIDE_PX: u32 = 512;
@@ -104,7 +104,7 @@ impl TextureScene {
             TruthFilter::Box => "truth_box.exr",
         };
         let path = data_file(test, &format!("texture-truth/{}/{file}", self.name()))?;
-        Some(read_rgba(path).expect("the truth is a readable picture"))
+        Some(rendered::read(&path).expect("the truth is a readable picture"))
     }
 }
 

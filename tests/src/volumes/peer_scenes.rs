@@ -10,11 +10,11 @@ use std::path::PathBuf;
 
 use glam::{DQuat, DVec3};
 use resample_core::{Camera, Image, LookAt};
+use resample_io::rendered;
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{LoadOptions, RawOptions, TransferFunction, Volume, VoxelType};
 
 use crate::data::data_file;
-use crate::exr_read::read_rgba;
 
 /// Picture side, px.
 pub const SIDE_PX: u32 = 400;
@@ -138,7 +138,7 @@ impl Scene {
             "volume-truth/{subject}_{distance}_{SIDE_PX}_{}.exr",
             truth.name()
         );
-        Some(read_rgba(data_file(test, &file)?).expect("the truth is a readable picture"))
+        Some(rendered::read(&data_file(test, &file)?).expect("the truth is a readable picture"))
     }
 }
 

@@ -6,8 +6,8 @@
 
 use resample_core::Image;
 use resample_core::metrics::{Mask, compare};
+use resample_io::rendered;
 use resample_tests::data::data_file;
-use resample_tests::exr_read::read_rgba;
 
 /// Figures of one point picture against its area picture.
 struct Expected {
@@ -69,7 +69,7 @@ fn truth_pair(scene: &str) -> Option<(Image, Image)> {
             "metrics on truths",
             &format!("volume-truth/{scene}_400_{kind}.exr"),
         )?;
-        Some(read_rgba(path).expect("a truth picture must be readable"))
+        Some(rendered::read(path).expect("a truth picture must be readable"))
     };
     Some((read("point")?, read("area")?))
 }

@@ -367,6 +367,21 @@ mod tests {
     }
 
     #[test]
+    fn rows_of_an_exr_run_from_the_top() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("small.exr");
+        let value = |x: usize, y: usize| (x as f32, y as f32 + 0.25, -1.5, 1.0 / 3.0);
+        ::exr::prelude::write_rgba_file(&path, 3, 2, value).expect("written");
+        let image = read(&path).expect("read");
+        assert_eq!((image.width, image.height), (3, 2), "size");
+        assert_eq!(image.pixel(2, 1), [2.0, 1.25, -1.5, 1.0 / 3.0]);
+        assert_eq!(image.pixel(1, 0), [1.0, 0.25, -1.5, 1.0 / 3.0]);
+        let absent = folder.path().join("absent.exr");
+        let complaint = read(&absent).expect_err("it is not there").to_string();
+        assert!(complaint.contains("absent.exr"), "{complaint}");
+    }
+
+    #[test]
     fn a_row_of_files_ends_where_one_is_missing() {
         let folder = tempfile::tempdir().expect("a folder");
         for index in [0, 1, 3] {

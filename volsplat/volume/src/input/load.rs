@@ -21,7 +21,7 @@ use crate::input::formats::plain::{amira, gipl, raw};
 use crate::input::formats::{
     dicom, hdf5, meta_image, mgh, nifti, nrrd, picture_slices, tiff_stack, vti, vtk, zarr,
 };
-use crate::input::options::{LoadOptions, replaced_lattice};
+use crate::input::options::{LoadOptions, RawOptions, replaced_lattice};
 use crate::source::{VoxelSource, Watch};
 use crate::volume::{Lattice, NanPolicy, Volume, VoxelType, Voxels};
 
@@ -69,26 +69,30 @@ fn load_all(
     };
     let path = header.as_deref().unwrap_or(path);
     ask_for_plain(path, &options.gate)?;
-    let parts = match (format::detect(path)?, &options.raw) {
+    let detected = format::detect(path)?;
+    let layout = raw_layout(path, &detected, options);
+    let parts = match (detected, layout) {
         (Detected::Known(format, files), None) => {
             read(format, path, &files, (options, components))?
         }
-        (Detected::NotRead(_) | Detected::Nothing, Some(raw)) => raw::load(path, raw)?,
-        (Detected::Nothing, None) if raw::of_name(path).is_some() => named_raw(path, options)?,
+        (Detected::NotRead(_) | Detected::Nothing, Some(raw)) => raw::load(path, &raw)?,
         (detected, _) => return Err(undecided(path, &detected)),
     };
     finished(path, parts, options)
 }
 
-/// A headerless file whose name says how it is laid out.
-fn named_raw(path: &Path, options: &LoadOptions) -> Result<Parts, Error> {
-    let raw = raw::of_name(path).ok_or_else(|| undecided(path, &Detected::Nothing))?;
+/// The layout of a headerless file: the caller's, or that of its name.
+fn raw_layout(path: &Path, detected: &Detected, options: &LoadOptions) -> Option<RawOptions> {
+    if options.raw.is_some() || !matches!(detected, Detected::Nothing) {
+        return options.raw.clone();
+    }
+    let raw = raw::of_name(path)?;
     let ([x, y, z], name) = (raw.dims, raw.voxel_type.name());
     options.gate.remark(format!(
         "{}: no header; by its name it holds {x}x{y}x{z} voxels of {name}",
         path.display()
     ));
-    raw::load(path, &raw)
+    Some(raw)
 }
 
 /// A volume of memory, as if a file held it: spacing, origin, and what happens to values come from the options.
@@ -321,7 +325,9 @@ pub fn open_unread(
         // Box by box, values would have no type that suits all of them.
         return Ok(None);
     }
-    let located = match (format::detect(path)?, &options.raw) {
+    let detected = format::detect(path)?;
+    let layout = raw_layout(path, &detected, options);
+    let located = match (detected, layout) {
         (Detected::Known(format, _), None) => {
             refuse_superfluous(format, path, options)?;
             match format {
@@ -331,15 +337,11 @@ pub fn open_unread(
                 _ => None,
             }
         }
-        (Detected::NotRead(_) | Detected::Nothing, Some(raw)) => Some(raw::locate(path, raw)?),
+        (Detected::NotRead(_) | Detected::Nothing, Some(raw)) => Some(raw::locate(path, &raw)?),
         (Detected::NotRead(_) | Detected::Nothing, None)
             if nifti::header_beside(path).is_some() =>
         {
             None
-        }
-        (Detected::Nothing, None) if raw::of_name(path).is_some() => {
-            let raw = raw::of_name(path).ok_or_else(|| undecided(path, &Detected::Nothing))?;
-            Some(raw::locate(path, &raw)?)
         }
         (detected, _) => return Err(undecided(path, &detected)),
     };

@@ -19,7 +19,7 @@ use crate::volume::{Endian, Lattice, VoxelType, Voxels, voxel_count};
 /// Angstroms in a bohr (CODATA 2018).
 const ANGSTROMS: f64 = 0.529_177_210_903;
 
-/// Most atoms: each has a line. A guess, far above what is computed.
+/// Largest number of atoms that is accepted; the file has a line for each. A guess: no calculation comes near.
 const MOST_ATOMS: i64 = 1 << 24;
 
 /// The facts above the values.

@@ -1,7 +1,7 @@
 //! Headerless files: the scalars and nothing else, described by the user.
 //!
-//! Takes [`RawOptions`], gives voxels and an axis-aligned lattice. The size of the file must be exactly what the options
-//! promise, because a wrong dimension or type is the usual mistake and its size is the only sign.
+//! Takes [`RawOptions`], or reads them from the name of the file, and gives voxels and an axis-aligned lattice. The file must have exactly as many
+//! bytes as the options require: a wrong dimension or type is the usual mistake, and nothing else shows it.
 
 use std::path::Path;
 

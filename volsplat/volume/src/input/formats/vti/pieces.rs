@@ -14,7 +14,7 @@ use crate::input::file::{Fault, Parts, cannot_read, invalid, open};
 use crate::input::formats::vti::head;
 use crate::volume::{Lattice, Voxels, map_voxels, voxel_count};
 
-/// Largest index that is read: a piece has a line. A guess, far above what a cluster writes.
+/// Largest index file that is read, bytes. It has a line for each piece. A guess: a simulation on a million cores stays below.
 const MOST_BYTES: u64 = 1 << 24;
 
 /// Bytes in which the type of the file stands.
@@ -75,13 +75,13 @@ pub(crate) fn joined(parts: Vec<Parts>, gate: &Gate) -> Result<Parts, Fault> {
         .to_array()
         .map(|size| narrow::count(narrow::whole(size)));
     let count = voxel_count(dims)?;
-    // Values of eight bytes at most, and a mark of those that are laid.
+    // A value takes eight bytes at most, and the mark that a piece has covered it takes one.
     let bytes = (count as u64).saturating_mul(8 * first.voxels.len() as u64 + 1);
     gate.ask(bytes, "the image")?;
     let mut whole: Vec<Voxels> = (first.voxels.iter())
         .map(|voxels| map_voxels!(voxels, values => vec![values[0]; count]))
         .collect();
-    let mut is_laid = vec![false; count];
+    let mut is_covered = vec![false; count];
     for (part, place) in parts.iter().zip(&places) {
         let at = (*place - low)
             .to_array()
@@ -90,9 +90,12 @@ pub(crate) fn joined(parts: Vec<Parts>, gate: &Gate) -> Result<Parts, Fault> {
             lay((whole, dims), (voxels, part.lattice.dims), at)?;
         }
         let all = vec![true; part.lattice.dims.iter().product()];
-        copy((&mut is_laid, dims), (&all, part.lattice.dims), at);
+        copy((&mut is_covered, dims), (&all, part.lattice.dims), at);
     }
-    let gaps = is_laid.into_iter().filter(|is_laid| !is_laid).count();
+    let gaps = is_covered
+        .into_iter()
+        .filter(|is_covered| !is_covered)
+        .count();
     if gaps > 0 {
         return Err(Fault::Invalid(format!(
             "{gaps} of {count} values of the image are in none of its pieces"
