@@ -69,7 +69,7 @@ fn truth_pair(scene: &str) -> Option<(Image, Image)> {
             "metrics on truths",
             &format!("volume-truth/{scene}_400_{kind}.exr"),
         )?;
-        Some(rendered::read(path).expect("a truth picture must be readable"))
+        Some(rendered::read(&path).expect("a truth picture must be readable"))
     };
     Some((read("point")?, read("area")?))
 }

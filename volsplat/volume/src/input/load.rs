@@ -81,7 +81,7 @@ fn load_all(
     finished(path, parts, options)
 }
 
-/// The layout of a headerless file: the caller's, or that of its name.
+/// The layout of a headerless file: the caller gives it, or the name of the file.
 fn raw_layout(path: &Path, detected: &Detected, options: &LoadOptions) -> Option<RawOptions> {
     if options.raw.is_some() || !matches!(detected, Detected::Nothing) {
         return options.raw.clone();

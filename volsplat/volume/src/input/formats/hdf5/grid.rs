@@ -63,14 +63,13 @@ pub(crate) fn largest<'a, 'b>(all: &'b [Found<'a>]) -> Option<&'b Found<'a>> {
 }
 
 /// The array of a name, or the largest one.
-fn chosen<'a>(root: &'a NcGroup, name: Option<&str>) -> Result<Found<'a>, Fault> {
-    let all = drawable(root);
+fn chosen<'a>(all: &[Found<'a>], name: Option<&str>) -> Result<Found<'a>, Fault> {
     let names = || {
         let names: Vec<&str> = all.iter().map(|found| found.path.as_str()).collect();
         names.join(", ")
     };
     let Some(name) = name else {
-        return largest(&all).cloned().ok_or_else(|| {
+        return largest(all).cloned().ok_or_else(|| {
             unsupported(
                 "it holds no array of integers, or of real numbers of 32 or 64 bits, with two axes or more",
             )
@@ -88,7 +87,7 @@ fn chosen<'a>(root: &'a NcGroup, name: Option<&str>) -> Result<Found<'a>, Fault>
 
 /// The channels and points in time of the chosen array.
 pub(crate) fn axes(root: &NcGroup, name: Option<&str>) -> Result<ImageAxes, Fault> {
-    let found = chosen(root, name)?;
+    let found = chosen(&drawable(root), name)?;
     let meanings = meanings(&found)?;
     let size_of = |axis: Axis| {
         let at = meanings.iter().position(|meaning| *meaning == axis);
@@ -176,12 +175,12 @@ pub(crate) fn plan(
     options: &LoadOptions,
     components: &[usize],
 ) -> Result<Plan, Fault> {
-    let found = chosen(root, options.array.as_deref())?;
-    let others = drawable(root).len().saturating_sub(1);
-    if options.array.is_none() && others > 0 {
+    let all = drawable(root);
+    let found = chosen(&all, options.array.as_deref())?;
+    if options.array.is_none() && all.len() > 1 {
         options.gate.remark(format!(
             "of {} arrays, {} is read, the largest: #array=NAME names another",
-            others + 1,
+            all.len(),
             found.path
         ));
     }

@@ -62,16 +62,16 @@ pub(crate) fn load(
     options: &LoadOptions,
     components: &[usize],
 ) -> Result<Parts, Error> {
-    let times = axes(path, options)?.times;
-    if times > 1 && options.time.is_none() {
-        options.gate.remark(first_of(times, path));
-    }
     read(path, options, components).map_err(|fault| fault.at(path))
 }
 
 fn read(path: &Path, options: &LoadOptions, components: &[usize]) -> Result<Parts, Fault> {
     let file = open(path, &options.gate)?;
     let held = std::fs::metadata(path).map_or(0, |file| file.len());
+    let times = axes_in(&file, options)?.times;
+    if times > 1 && options.time.is_none() {
+        options.gate.remark(first_of(times, path));
+    }
     let plan = planned(&file, options, components)?;
     let mut voxels = Vec::new();
     for slab in &plan.slabs {
@@ -115,23 +115,25 @@ fn planned(file: &NcFile, options: &LoadOptions, components: &[usize]) -> Result
 
 /// The channels and points in time of the image or of the chosen array.
 pub(crate) fn axes(path: &Path, options: &LoadOptions) -> Result<ImageAxes, Error> {
-    let axes = || {
-        let file = open(path, &options.gate)?;
-        let root = file.root_group().map_err(|error| unreadable(&error))?;
-        if options.array.is_none() {
-            if imaris::is_layout(root) {
-                return Ok(imaris::axes(root));
-            }
-            if let Some(image) = minc::image(root) {
-                return Ok(ImageAxes {
-                    times: image.times(),
-                    ..ImageAxes::default()
-                });
-            }
+    let file = open(path, &options.gate);
+    file.and_then(|file| axes_in(&file, options))
+        .map_err(|fault| fault.at(path))
+}
+
+fn axes_in(file: &NcFile, options: &LoadOptions) -> Result<ImageAxes, Fault> {
+    let root = file.root_group().map_err(|error| unreadable(&error))?;
+    if options.array.is_none() {
+        if imaris::is_layout(root) {
+            return Ok(imaris::axes(root));
         }
-        grid::axes(root, options.array.as_deref())
-    };
-    axes().map_err(|fault: Fault| fault.at(path))
+        if let Some(image) = minc::image(root) {
+            return Ok(ImageAxes {
+                times: image.times(),
+                ..ImageAxes::default()
+            });
+        }
+    }
+    grid::axes(root, options.array.as_deref())
 }
 
 /// The names of the arrays that may be drawn, and of the one that is read by default.
