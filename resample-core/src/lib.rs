@@ -41,6 +41,7 @@ pub use camera::{Camera, CameraError, Intrinsics, LookAt, PixelCentre, Projectio
 pub use camera::{framing, view};
 pub use composite::OpacityMode;
 pub use composite::maps;
+pub use composite::surface::{Surface, SurfaceTile};
 pub use error::Error;
 pub use image::{Image, Plane};
 pub use kernels::footprint::{FootprintMode, SelectMode};

@@ -8,12 +8,12 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
-use resample_core::tile::TileLists;
-use resample_core::{Camera, Image, Reuse};
+use resample_core::tile::{TILE_PX, TileLists};
+use resample_core::{Camera, Image, Reuse, Surface};
 
 use crate::finish::tone;
 use crate::light::blocked::BlockedLight;
-use crate::options::RenderOptions;
+use crate::options::{PlaneKind, RenderOptions};
 use crate::paper::pixel_look_ups;
 use crate::prepare::Prepared;
 use crate::project::cull::{InView, cull};
@@ -25,6 +25,12 @@ use crate::tile::task::{FrameView, TileImage, near_key};
 use crate::tile::{StageBuffers, draw_tile};
 use crate::visibility::filter::PixelFilter;
 use crate::{Error, Scene};
+
+/// Lines of samples of a pixel that is drawn for another renderer: those of [`RenderOptions::subpixels`] by default.
+const PIXEL_SAMPLES: u32 = 4;
+
+/// Pixels that are drawn at once for another renderer: 64 MiB of colour.
+const BAND_PX: usize = 1 << 22;
 
 /// Renders one prepared scene, frame after frame.
 #[derive(Clone, Debug)]
@@ -238,6 +244,68 @@ impl Renderer {
         let whole = whole.stop();
         (stats.wall_ms, stats.cpu_ms) = (whole.wall_ms, whole.cpu_ms);
         Ok(Frame { image, stats })
+    }
+
+    /// Draws the scene for a renderer that composites it inside its own picture from `camera`: the nearest surface at each of
+    /// `subpixels` x `subpixels` sub-pixels of a pixel. A pixel has four lines of samples at least, as pictures have by default.
+    ///
+    /// # Errors
+    /// [`Error::Option`] if the camera is invalid, or too many sub-pixels are asked for.
+    ///
+    /// ```
+    /// use texmap::{RenderOptions, Renderer};
+    ///
+    /// # use texmap::scene::{Material, Mesh};
+    /// # let mesh = Mesh {
+    /// #     positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]],
+    /// #     triangles: vec![[0, 1, 2]],
+    /// #     ..Mesh::default()
+    /// # };
+    /// # let scene = texmap::Scene { meshes: vec![mesh], materials: vec![Material::default()], ..Default::default() };
+    /// # let pose = resample_core::LookAt {
+    /// #     position: [0.0, 0.0, 4.0].into(),
+    /// #     target: [0.0; 3].into(),
+    /// #     up: [0.0, 1.0, 0.0].into(),
+    /// # };
+    /// # let camera = resample_core::Camera::perspective(&pose, 0.8, [64, 48])?;
+    /// let mut renderer = Renderer::new(&scene, &RenderOptions::default())?;
+    /// let surface = renderer.surface(&camera, 2)?;
+    /// assert_eq!(surface.size(), [128, 96]);
+    /// assert!(surface.tile([4, 3]).is_some_and(|tile| (tile.depth[0][0] - 4.0).abs() < 1e-5));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn surface(&mut self, camera: &Camera, subpixels: u32) -> Result<Surface, Error> {
+        // At one a pixel the filter would reach beyond the pixel and blur edges: 40 dB from the mean over pixels, 49 at two.
+        let squares = if subpixels == 1 { 2 } else { 1 };
+        let per_side = subpixels * squares;
+        let sides = [camera.width, camera.height];
+        let too_many = || {
+            Error::Option(format!(
+                "{subpixels} sub-pixels along a pixel's side are too many"
+            ))
+        };
+        let fine = sides.map(|side| side.checked_mul(per_side));
+        let [Some(width), Some(height)] = fine else {
+            return Err(too_many());
+        };
+        let fine = camera.resized(width, height).map_err(|_| too_many())?;
+        let own = self.options.clone();
+        let _kept = self.update(&RenderOptions {
+            planes: vec![PlaneKind::Depth],
+            subpixels: (PIXEL_SAMPLES / per_side).max(1),
+            ..own.clone()
+        })?;
+        let mut surface = Surface::unseen(sides.map(|side| (side * subpixels) as usize));
+        let size = [fine.width as usize, fine.height as usize];
+        let rows = (BAND_PX / size[0]).next_multiple_of(TILE_PX).max(TILE_PX);
+        let drawn = (0..size[1]).step_by(rows).try_for_each(|first| {
+            let band = [size[0], rows.min(size[1] - first)];
+            let picture = self.render_window(&fine, [0, first], band)?.image;
+            surface.lay(&picture, first / squares as usize, squares as usize);
+            Ok(())
+        });
+        let _kept = self.update(&own)?;
+        drawn.map(|()| surface)
     }
 
     /// Draws every tile: the stages visibility, accumulate and resolve.

@@ -7,7 +7,7 @@
 use glam::DVec3;
 use resample_core::clock::StageClock;
 use resample_core::image::Plane;
-use resample_core::{Camera, Image, Projection, Reuse, Stop};
+use resample_core::{Camera, Image, Projection, Reuse, Stop, Surface};
 use resample_volume::Watch;
 use resample_volume::volume::{Described, Lattice};
 
@@ -317,6 +317,36 @@ impl Renderer {
         stop: &Stop,
         watch: &mut Watch,
     ) -> Result<Frame, Error> {
+        self.render_among(camera, &[], stop, watch)
+    }
+
+    /// Sub-pixels along a pixel's side of a picture from `camera`, for the surfaces of [`Renderer::render_among`].
+    /// [`Error::Option`] for the orders of samples, in which no surfaces stand.
+    pub fn subpixels(&self, camera: &Camera) -> Result<u32, Error> {
+        let camera = camera
+            .validated()
+            .map_err(|e| Error::Option(e.to_string()))?;
+        match &self.pipeline {
+            Pipeline::Field(p) => Ok(p
+                .fine_camera(&moved_forward(camera, self.depth_origin(&camera)))
+                .1),
+            Pipeline::Samples(_) | Pipeline::Sheets(_) => Err(surfaces_refused()),
+        }
+    }
+
+    /// As [`Renderer::render_until`], with `surfaces` of other renderers inside the volume, in any order: each ray sees them where it
+    /// meets them, and the volume behind them as far as their alpha is below 1. They are those of `camera` with
+    /// [`Renderer::subpixels`] times as many pixels along each side. Maxima, minima and averages are those of the
+    /// samples before the first surface of more than half alpha.
+    ///
+    /// [`Error::Option`] also for a surface of another size, for orders of samples, and where a frame reads the volume's file.
+    pub fn render_among(
+        &mut self,
+        camera: &Camera,
+        surfaces: &[Surface],
+        stop: &Stop,
+        watch: &mut Watch,
+    ) -> Result<Frame, Error> {
         let camera = camera
             .validated()
             .map_err(|e| Error::Option(e.to_string()))?;
@@ -326,9 +356,21 @@ impl Renderer {
         let mut stats = FrameStats::default();
         let whole = StageClock::start();
         let layout = match &mut self.pipeline {
+            Pipeline::Samples(_) | Pipeline::Sheets(_) if !surfaces.is_empty() => {
+                return Err(surfaces_refused());
+            }
             Pipeline::Samples(p) => p.render(&camera, &mut self.tiles, &mut stats),
             Pipeline::Sheets(p) => p.render(&camera, &mut self.tiles, &mut stats),
-            Pipeline::Field(p) => p.render(&camera, &mut self.tiles, &mut stats, (watch, stop))?,
+            Pipeline::Field(p) => {
+                let surfaces = (surfaces, depth_origin);
+                p.render(
+                    &camera,
+                    &mut self.tiles,
+                    &mut stats,
+                    surfaces,
+                    (watch, stop),
+                )?
+            }
         };
         if stop.is_asked() {
             return Err(Error::Stopped);
@@ -397,6 +439,13 @@ impl Pipeline {
             Self::Field(p) => p.bounds_in_world(),
         }
     }
+}
+
+fn surfaces_refused() -> Error {
+    Error::Option(
+        "surfaces stand in the field only: leave out the surfaces, or the options of samples"
+            .into(),
+    )
 }
 
 /// The camera with its image plane moved along the view by this camera z; the near plane stays where it is.

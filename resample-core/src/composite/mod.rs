@@ -13,6 +13,7 @@
 pub mod maps;
 mod slices;
 mod state;
+pub mod surface;
 
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;

@@ -36,6 +36,15 @@ pub struct AreaTruth<'a> {
     classified: Option<Classified>,
 }
 
+/// A surface that a ray meets.
+#[derive(Clone, Copy, Debug)]
+pub struct MetSurface {
+    /// Camera z.
+    pub z: f64,
+    /// Linear and premultiplied.
+    pub rgba: [f64; 4],
+}
+
 /// Voxels with their own colour and extinction, summed with a kernel.
 struct Classified {
     /// Extinction times red, green and blue, and extinction, of each voxel; per smallest spacing.
@@ -144,6 +153,15 @@ impl<'a> AreaTruth<'a> {
 
     /// The truth of one view; opacity is meant per smallest spacing.
     pub fn render(&self, camera: &Camera) -> Image {
+        self.render_among(camera, &|_| Vec::new())
+    }
+
+    /// The truth of one view of the volume with surfaces inside: `met` gives those that the ray of a screen position meets.
+    pub fn render_among(
+        &self,
+        camera: &Camera,
+        met: &(dyn Fn(DVec2) -> Vec<MetSurface> + Sync),
+    ) -> Image {
         let rays = RaySource::new(camera, &self.volume.world_from_index);
         let (width, height) = (camera.width as usize, camera.height as usize);
         let pixel = |i: usize| {
@@ -154,8 +172,9 @@ impl<'a> AreaTruth<'a> {
                     (sub % self.rays_per_side) as f64,
                     (sub / self.rays_per_side) as f64,
                 );
-                let ray = rays.ray(corner + (offset + 0.5) / self.rays_per_side as f64);
-                for (sum, value) in sum.iter_mut().zip(self.march(&ray, camera.near)) {
+                let screen = corner + (offset + 0.5) / self.rays_per_side as f64;
+                let seen = self.along(&rays.ray(screen), camera.near, met(screen));
+                for (sum, value) in sum.iter_mut().zip(seen) {
                     *sum += value / self.rays_per_side.pow(2) as f64;
                 }
             }
@@ -166,7 +185,25 @@ impl<'a> AreaTruth<'a> {
         image
     }
 
-    fn march(&self, ray: &Ray, near: f64) -> [f64; 4] {
+    /// Colour and opacity of a ray that meets these surfaces.
+    fn along(&self, ray: &Ray, near: f64, mut surfaces: Vec<MetSurface>) -> [f64; 4] {
+        surfaces.retain(|surface| surface.z > near);
+        surfaces.sort_by(|a, b| a.z.total_cmp(&b.z));
+        let (mut sum, mut from) = ([0.0; 4], near);
+        for surface in surfaces {
+            self.march(ray, [from, surface.z], &mut sum);
+            let left = 1.0 - sum[3];
+            for (sum, value) in sum.iter_mut().zip(surface.rgba) {
+                *sum += left * value;
+            }
+            from = surface.z;
+        }
+        self.march(ray, [from, f64::INFINITY], &mut sum);
+        sum
+    }
+
+    /// Adds the part of a ray between two depths behind what it shows.
+    fn march(&self, ray: &Ray, [near, far]: [f64; 2], shown: &mut [f64; 4]) {
         let last = DVec3::from(self.volume.dims.map(|n| (n - 1) as f64));
         // Kernels reach beyond the voxels at the faces.
         let margin = self
@@ -174,10 +211,12 @@ impl<'a> AreaTruth<'a> {
             .as_ref()
             .map_or(0.0, |classified| classified.radius);
         let [first, end] = crossing(ray, DVec3::splat(-margin), last + margin);
-        let (first, spacing) = (first.max(near), self.volume.smallest_spacing());
-        let step = spacing / self.steps_per_voxel / ray.world_per_z;
+        let (first, end) = (first.max(near), end.min(far));
+        let spacing = self.volume.smallest_spacing();
+        let longest = spacing / self.steps_per_voxel / ray.world_per_z;
+        let step = (end - first) / ((end - first) / longest).ceil();
         let units = step * ray.world_per_z / spacing;
-        let (mut sum, mut left, mut number) = ([0.0f64; 4], 1.0, 0u64);
+        let (mut sum, mut left, mut number) = (*shown, 1.0 - shown[3], 0u64);
         while left > END {
             let z = first + (number as f64 + 0.5) * step;
             // Written so that a ray beside the volume, whose ends are no numbers, ends too.
@@ -209,7 +248,7 @@ impl<'a> AreaTruth<'a> {
             }
         }
         sum[3] = 1.0 - left;
-        sum
+        *shown = sum;
     }
 
     /// The samples of a step whose ends and middle are these: more where the scalar passes through what is visible.

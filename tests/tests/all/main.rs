@@ -35,6 +35,7 @@ mod shadows;
 mod shells;
 mod spacing;
 mod statistics;
+mod surfaces_in_volumes;
 mod texmap_alpha;
 mod texmap_emission;
 mod texmap_extremes;

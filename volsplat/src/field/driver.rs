@@ -10,7 +10,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3};
-use resample_core::{Camera, GridView, Reuse, Stop};
+use resample_core::{Camera, GridView, Reuse, Stop, Surface};
 use resample_volume::Watch;
 use resample_volume::volume::{Described, Lattice};
 
@@ -20,6 +20,7 @@ use crate::bricks::fill::{check_dims, plan, support};
 use crate::bricks::support::Support;
 use crate::field::settings::{FieldFrame, FieldSettings, IsoSettings, Statistic, UniformChoice};
 use crate::field::streamed::{LargeCells, StreamedCells};
+use crate::field::surfaces::Surfaces;
 use crate::grid::{Bounds, in_unit, power_of_two};
 use crate::large::LargeVolume;
 use crate::light::GradientRamp;
@@ -247,10 +248,11 @@ impl FieldPipeline {
         camera: &Camera,
         tiles: &mut Vec<TileSlot>,
         stats: &mut FrameStats,
+        (surfaces, depth_origin): (&[Surface], f64),
         (watch, stop): (&mut Watch, &Stop),
     ) -> Result<TileLayout, Error> {
-        let subpixels = self.subpixels(camera);
-        let (fine, subpixels) = refined(&camera.in_unit(self.length), subpixels);
+        let (fine, subpixels) = self.fine_camera(camera);
+        check_surfaces(surfaces, &fine)?;
         stats.subpixels = u64::from(subpixels);
         let view = self.view(&fine);
         self.block_light()?;
@@ -260,7 +262,11 @@ impl FieldPipeline {
         } else {
             None
         };
-        let means = self.means(subpixels);
+        let means = if surfaces.is_empty() {
+            self.means(subpixels)
+        } else {
+            Means::Own
+        };
         let frame = FieldFrame {
             settings: &settings,
             view: &view,
@@ -270,11 +276,20 @@ impl FieldPipeline {
             subpixels,
             means,
             uniform,
+            surfaces: Surfaces {
+                all: surfaces,
+                depth_origin,
+                length: self.length,
+            },
             stop,
         };
         match &mut self.source {
             Source::Cells(field) => {
                 frame.gather(field, self.seen.as_ref(), tiles, stats);
+            }
+            Source::Streamed(_) if !surfaces.is_empty() => {
+                let what = "surfaces in the volume need all visible voxels in memory: allow more memory, or leave them out";
+                return Err(Error::Option(what.into()));
             }
             Source::Streamed(cells) => cells.render(&frame, tiles, stats, watch)?,
         }
@@ -285,6 +300,11 @@ impl FieldPipeline {
             depth: TileDepth::CameraZ,
             length: self.length,
         })
+    }
+
+    /// The camera that has sub-pixels for pixels, in the length in which pictures count, and how many along a pixel's side.
+    pub(crate) fn fine_camera(&self, camera: &Camera) -> (Camera, u32) {
+        refined(&camera.in_unit(self.length), self.subpixels(camera))
     }
 
     /// The number of sub-pixels along a pixel's side.
@@ -458,6 +478,21 @@ impl FieldPipeline {
         }
         self.options = options.clone();
     }
+}
+
+/// Refuses surfaces that are not at the sub-pixels of this camera.
+fn check_surfaces(surfaces: &[Surface], fine: &Camera) -> Result<(), Error> {
+    let expected = [fine.width, fine.height].map(|side| side as usize);
+    let odd = surfaces
+        .iter()
+        .map(Surface::size)
+        .find(|size| *size != expected);
+    odd.map_or(Ok(()), |[width, height]| {
+        Err(Error::Option(format!(
+            "a surface has {width}x{height} pixels, expected the {}x{} sub-pixels of the volume's picture",
+            expected[0], expected[1]
+        )))
+    })
 }
 
 impl Source {

@@ -220,14 +220,21 @@ impl FieldFrame<'_> {
                 let at = [index % columns, index / columns];
                 let list = lists.tile(at[0], at[1]);
                 slot.reset(list.len());
-                if list.is_empty() || self.stop.is_asked() {
+                let surfaces = self.surfaces.of_tile(self.settings, at);
+                if list.is_empty() && surfaces.is_none() || self.stop.is_asked() {
                     return;
                 }
                 let start = ThreadClock::start();
                 let corner_px = at.map(|tile| tile * TILE_PX);
                 let view = TileView::new(self.view, corner_px, &self.settings.sheets);
                 let front_to_back = list.iter().map(|&brick| &bricks[brick as usize]);
-                let (counts, pixels) = render_tile(self.settings, &view, front_to_back, scratch);
+                let (counts, pixels) = render_tile(
+                    self.settings,
+                    &view,
+                    front_to_back,
+                    surfaces.as_ref(),
+                    scratch,
+                );
                 slot.count(counts);
                 slot.count_samples(scratch.work);
                 slot.show(&pixels, self.subpixels as usize, self.means);

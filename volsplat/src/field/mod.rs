@@ -14,6 +14,7 @@
 
 pub(crate) mod settings;
 mod driver;
+pub(crate) mod surfaces;
 mod frame;
 mod streamed;
 pub(crate) mod tile;

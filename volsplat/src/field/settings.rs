@@ -13,6 +13,7 @@ use resample_core::tile::TILE_PX;
 use resample_core::{Camera, GridView, OpacityMode, Projection, Stop};
 
 use crate::bricks::cells::{CELL_SIDE, CellBrick, FromDifferences};
+use crate::field::surfaces::{Spans, Surfaces};
 use crate::light::Gains;
 use crate::look::clip::{AnchoredHalfSpace, GridClip};
 use crate::look::options::{RenderOptions, Shading};
@@ -234,6 +235,8 @@ pub(crate) struct FieldFrame<'a> {
     pub(crate) means: Means,
     /// The bricks of one colour that are crossed in one step.
     pub(crate) uniform: Option<UniformChoice>,
+    /// Surfaces that stand in the field.
+    pub(crate) surfaces: Surfaces<'a>,
     /// Tiles are left out once it is asked for.
     pub(crate) stop: &'a Stop,
 }
@@ -315,4 +318,6 @@ pub(crate) struct TileContext<'a> {
     pub(crate) placed: &'a PlacedBrick<'a>,
     /// The tile's rays in the grid; only where bricks are walked along them.
     pub(crate) rays: Option<&'a AnchoredRays>,
+    /// The parts of the rays that are drawn; only where surfaces cut those in the brick.
+    pub(crate) spans: Option<&'a Spans>,
 }

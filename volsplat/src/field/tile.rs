@@ -13,6 +13,7 @@ use crate::bricks::cells::{CELL_ROWS, CellBrick, Gradients, Scalars, VERTEX_SIDE
 use crate::field::batch;
 use crate::field::batch::statistic;
 use crate::field::settings::{AnchoredRays, FieldSettings, PlacedBrick, Rule, TileContext};
+use crate::field::surfaces::{Place, Spans, TileSurfaces};
 use crate::field::walk::constant_walk::add_uniform;
 use crate::field::walk::scratch::{FieldScratch, Window};
 use crate::field::walk::{isosurface, segments};
@@ -22,11 +23,39 @@ use crate::slabs::view::TileView;
 pub(crate) fn render_tile<'a>(
     settings: &FieldSettings,
     view: &TileView,
-    bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
+    bricks: impl Iterator<Item = &'a PlacedBrick<'a>> + Clone,
+    surfaces: Option<&TileSurfaces>,
     scratch: &mut FieldScratch,
 ) -> (TileCounts, TilePixels) {
     scratch.begin(settings);
-    let (counts, _) = advance_tile(settings, view, bricks, scratch);
+    let Some(surfaces) = surfaces else {
+        let (counts, _) = advance_tile(settings, view, bricks, None, scratch);
+        return (counts, end_tile(settings, scratch));
+    };
+    if settings.statistic.is_some() {
+        let spans = surfaces.unhidden();
+        let (counts, _) = advance_tile(settings, view, bricks, Some(&spans), scratch);
+        end_tile(settings, scratch);
+        for number in 0..surfaces.count() {
+            surfaces.composite(settings, number, &mut scratch.pixels);
+        }
+        return (counts, scratch.pixels.planes());
+    }
+    let mut counts = TileCounts::default();
+    for number in 0..=surfaces.count() {
+        let spans = surfaces.spans(number);
+        let (more, state) = advance_tile(settings, view, bricks.clone(), Some(&spans), scratch);
+        // Every span looks at the same bricks.
+        counts.composited = counts.composited.max(more.composited);
+        counts.pixels_touched += more.pixels_touched;
+        if state == TileState::Opaque {
+            break;
+        }
+        surfaces.composite(settings, number, &mut scratch.pixels);
+        if surfaces.hide_all(settings, number, &scratch.pixels) {
+            break;
+        }
+    }
     (counts, end_tile(settings, scratch))
 }
 
@@ -35,6 +64,7 @@ pub(crate) fn advance_tile<'a>(
     settings: &FieldSettings,
     view: &TileView,
     bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
+    spans: Option<&Spans>,
     scratch: &mut FieldScratch,
 ) -> (TileCounts, TileState) {
     if let Some(wanted) = settings.statistic {
@@ -43,14 +73,13 @@ pub(crate) fn advance_tile<'a>(
         let useful = |placed: &PlacedBrick, window: &Window, scratch: &FieldScratch| {
             !statistic::is_idle(wanted, placed, window, &scratch.rays)
         };
-        return advance_while_open(settings, view, bricks.into_iter(), useful, scratch);
+        return advance_while_open((settings, view, spans), bricks.into_iter(), useful, scratch);
     }
-    advance_while_open(settings, view, bricks, |_, _, _| true, scratch)
+    advance_while_open((settings, view, spans), bricks, |_, _, _| true, scratch)
 }
 
 fn advance_while_open<'a>(
-    settings: &FieldSettings,
-    view: &TileView,
+    (settings, view, spans): (&FieldSettings, &TileView, Option<&Spans>),
     bricks: impl Iterator<Item = &'a PlacedBrick<'a>>,
     is_useful: impl Fn(&PlacedBrick, &Window, &FieldScratch) -> bool,
     scratch: &mut FieldScratch,
@@ -65,7 +94,10 @@ fn advance_while_open<'a>(
             touch(settings, next.brick);
         }
         let window = Window::new(placed, view);
-        if !is_useful(placed, &window, scratch) {
+        let place = spans.map_or(Place::Inside, |spans| {
+            spans.place(settings, placed, &window)
+        });
+        if place == Place::Outside || !is_useful(placed, &window, scratch) {
             continue;
         }
         let job = TileContext {
@@ -73,6 +105,7 @@ fn advance_while_open<'a>(
             view,
             placed,
             rays: rays.as_ref(),
+            spans: spans.filter(|_| place == Place::Across),
         };
         let (touched, opaque) = add_brick_by_rule(&job, window, scratch);
         counts.composited += 1;
@@ -119,7 +152,7 @@ fn add_brick_by_rule(
         }
         (None, _) => {}
     }
-    if let Some(uniform) = job.placed.uniform {
+    if let Some(uniform) = job.placed.uniform.filter(|_| job.spans.is_none()) {
         return dispatch!(settings.sheets.level, simd => add_uniform(simd, job, window, uniform, scratch));
     }
     dispatch!(level, simd => batch::planes::find(simd, job, window, &mut scratch.runs));

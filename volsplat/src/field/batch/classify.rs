@@ -122,6 +122,9 @@ pub(crate) fn classify<S: Simd>(simd: S, job: &TileContext, samples: &mut Packed
         strength[k] = table.strength(entry[k]);
         units[k] = units_per_slab[(samples.place[k] >> PIXEL_SHIFT) as usize % (LANES * LANES)];
     }
+    if job.spans.is_some() {
+        take_parts(&mut units[..count], &samples.part);
+    }
     // Beyond the count nothing is shown.
     strength[count..count + LANES].fill(0.0);
     samples.shown.count = 0;
@@ -143,6 +146,14 @@ pub(crate) fn classify<S: Simd>(simd: S, job: &TileContext, samples: &mut Packed
             alpha,
             (with_depth, with_share),
         );
+    }
+}
+
+/// Leaves of each slab the part that surfaces leave.
+#[inline(always)]
+pub(crate) fn take_parts(units: &mut [f32], parts: &[f32]) {
+    for (units, part) in units.iter_mut().zip(parts) {
+        *units *= part;
     }
 }
 

@@ -9,7 +9,9 @@ use fearless_simd::{f32x4, f32x16, mask32x16};
 use resample_core::composite::{DepthRule, opacity};
 
 use super::PackedRule;
-use super::classify::{classify_channel, find_gradients, interpolate, nearest, shade, shares};
+use super::classify::{
+    classify_channel, find_gradients, interpolate, nearest, shade, shares, take_parts,
+};
 use super::composite::not_opaque;
 use crate::field::settings::TileContext;
 use crate::field::walk::corners::Corners;
@@ -156,6 +158,9 @@ fn composite<S: Simd>(simd: S, job: &TileContext, scratch: &mut FieldScratch) {
         let mut units = [0.0; LANES];
         for (units, place) in units.iter_mut().zip(&samples.place[first..]) {
             *units = units_per_slab[(place >> PIXEL_SHIFT) as usize % units_per_slab.len()];
+        }
+        if job.spans.is_some() {
+            take_parts(&mut units, &samples.part[first..]);
         }
         let added = f32x16::from_slice(simd, &strength[first..first + LANES]);
         let added = added * f32x16::from_slice(simd, &units);

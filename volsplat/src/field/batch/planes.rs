@@ -40,7 +40,11 @@ pub(crate) fn open_blocks<S: Simd, R: PackedRule>(
 ) -> OpenBlocks {
     let mut open = [[0; BLOCKS]; BLOCKS];
     for row in window.rows[0]..window.rows[1] {
-        let bits = R::open(simd, job, scratch, row).to_bitmask();
+        let mut takes = R::open(simd, job, scratch, row);
+        if let Some(spans) = job.spans {
+            takes &= spans.open(simd, job.settings, job.placed, row);
+        }
+        let bits = takes.to_bitmask();
         let of_row = &mut open[row / BLOCK_PX];
         for (x, block) in of_row.iter_mut().enumerate() {
             let four = bits >> (x * BLOCK_PX) & ((1 << BLOCK_PX) - 1);

@@ -163,6 +163,16 @@ impl<S: Simd> Scan<'_, S> {
         if self.job.placed.brick.mask.is_some() {
             inside &= unmasked(simd, self.job, cell, share);
         }
+        if let Some(spans) = self.job.spans {
+            let thickness = self.job.settings.sheets.thickness as f32;
+            let part = spans.part_of_slab(simd, thickness, plane, [x, y]);
+            // What is not composited has no parts: it is in or out.
+            let least = f32x16::splat(simd, if R::HIDES { 0.0 } else { 0.5 });
+            inside &= part.simd_gt(least);
+            let first = scratch.samples.len();
+            part.compress(inside)
+                .store_slice(&mut scratch.samples.part[first..first + LANES]);
+        }
         let first = (y * BLOCK_PX * TILE_PX + x * BLOCK_PX) as u32;
         let pixel = self.lanes + u32x16::splat(simd, first);
         append(

@@ -228,7 +228,7 @@ impl Band<'_> {
             let corner_px = at.map(|tile| tile * TILE_PX);
             let view = TileView::new(self.frame.view, corner_px, &settings.sheets);
             let front_to_back = list.iter().map(|&brick| &placed[brick as usize]);
-            let (counts, state) = advance_tile(settings, &view, front_to_back, scratch);
+            let (counts, state) = advance_tile(settings, &view, front_to_back, None, scratch);
             slot.count(counts);
             slot.count_samples(scratch.work);
             *tile = match state {

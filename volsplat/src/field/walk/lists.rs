@@ -34,6 +34,8 @@ pub(crate) struct PackedSamples {
     pub(crate) scalar: Numbers,
     /// Camera z; only where depth is wanted.
     pub(crate) camera_z: Numbers,
+    /// The part of the slab that is drawn; only where surfaces cut it.
+    pub(crate) part: Numbers,
     pub(crate) shown: ShownSamples,
     pub(crate) between: BetweenSteps,
     pub(crate) sums: ChannelSums,
@@ -111,6 +113,7 @@ impl Default for PackedSamples {
             share: [zero; 3],
             scalar: zero,
             camera_z: zero,
+            part: zero,
             shown: ShownSamples {
                 count: 0,
                 place: [0; ROOM],

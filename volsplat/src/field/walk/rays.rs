@@ -86,6 +86,11 @@ impl<'a, S: Simd> Rays<'a, S> {
                 last = rises.select(last, last.min(bound));
             }
         }
+        if let Some(spans) = job.spans {
+            let [near, far] = spans.ends(simd, self.at);
+            last = last.min(far);
+            first = first.max(near.min(last));
+        }
         (first, last)
     }
 }

@@ -1,0 +1,279 @@
+//! Surfaces that another renderer drew, in the field: every ray is drawn up to the first of them, then that surface, then on to the
+//! next.
+//!
+//! A surface is one depth and one colour at each sub-pixel, so that it has no thickness: it cuts the ray into spans. A tile draws its
+//! bricks once for each span, front to back, and composites the surface that ends it. Bricks that lie outside the spans of all pixels are
+//! skipped, those inside are drawn as without surfaces. A sample stands for the slab around its plane; a surface in the
+//! slab leaves it the part that lies before, so that opacity grows evenly with depth and no contours of slabs show.
+//! Source: ray segments up to the depth of opaque geometry, as in Levoy, "A Hybrid Ray Tracer for Rendering Polygon and Volume Data",
+//! IEEE Computer Graphics and Applications 10(2), 1990.
+
+use fearless_simd::prelude::*;
+use fearless_simd::{f32x8, f32x16, mask32x16};
+use resample_core::Surface;
+use resample_core::composite::DepthRule;
+use resample_core::maps::TilePlane;
+use resample_core::tile::TILE_PX;
+
+use crate::field::settings::{FieldSettings, PlacedBrick};
+use crate::field::walk::scratch::{Pixels, Window};
+use crate::slabs::view::{BLOCK_PX, HalfRow, LANES, PlaneView};
+
+/// The surfaces of a frame, at its sub-pixels.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Surfaces<'a> {
+    pub(crate) all: &'a [Surface],
+    /// Camera z at which the depths of the frame begin, world units.
+    pub(crate) depth_origin: f64,
+    /// World units of the length in which the frame counts.
+    pub(crate) length: f64,
+}
+
+/// A surface at each sub-pixel of a tile.
+#[derive(Clone, Debug)]
+struct Layer {
+    /// Camera z, relative to the anchor's; infinite where there is no surface.
+    z: TilePlane,
+    /// Linear and premultiplied.
+    rgba: [[[f32; 4]; TILE_PX]; TILE_PX],
+}
+
+/// The surfaces of a tile, front to back at each sub-pixel.
+#[derive(Clone, Debug)]
+pub(crate) struct TileSurfaces {
+    layers: Vec<Layer>,
+}
+
+/// The parts of a tile's rays between two surfaces: camera z, relative to the anchor's. No part where the near end is infinite.
+#[derive(Clone, Debug)]
+pub(crate) struct Spans {
+    near: TilePlane,
+    far: TilePlane,
+}
+
+/// How a brick lies to the spans of the pixels that it covers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    Outside,
+    Inside,
+    Across,
+}
+
+impl Surfaces<'_> {
+    /// Returns the surfaces in a tile; `None` where there are none.
+    pub(crate) fn of_tile(
+        &self,
+        settings: &FieldSettings,
+        tile: [usize; 2],
+    ) -> Option<TileSurfaces> {
+        let origin = self.depth_origin / self.length + settings.sheets.anchor.camera_z;
+        let seen = self.all.iter().filter_map(|surface| surface.tile(tile));
+        let mut layers: Vec<Layer> = seen
+            .map(|tile| Layer {
+                z: tile
+                    .depth
+                    .map(|row| row.map(|z| (f64::from(z) / self.length - origin) as f32)),
+                rgba: tile.rgba,
+            })
+            .collect();
+        sort(&mut layers);
+        (!layers.is_empty()).then_some(TileSurfaces { layers })
+    }
+}
+
+/// Sorts the layers by depth, at each sub-pixel by itself.
+fn sort(layers: &mut [Layer]) {
+    for end in 1..layers.len() {
+        for number in (1..=end).rev() {
+            let (before, after) = layers.split_at_mut(number);
+            let (Some(near), Some(far)) = (before.last_mut(), after.first_mut()) else {
+                continue;
+            };
+            for y in 0..TILE_PX {
+                for x in 0..TILE_PX {
+                    if far.z[y][x] < near.z[y][x] {
+                        std::mem::swap(&mut far.z[y][x], &mut near.z[y][x]);
+                        std::mem::swap(&mut far.rgba[y][x], &mut near.rgba[y][x]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl TileSurfaces {
+    /// Surfaces of the sub-pixel that has most.
+    pub(crate) fn count(&self) -> usize {
+        self.layers.len()
+    }
+
+    /// The parts of rays before the surface of this number, behind the one before it.
+    pub(crate) fn spans(&self, number: usize) -> Spans {
+        let near = match number.checked_sub(1) {
+            Some(before) => self.layers[before].z,
+            None => [[f32::NEG_INFINITY; TILE_PX]; TILE_PX],
+        };
+        let far = match self.layers.get(number) {
+            Some(layer) => layer.z,
+            None => [[f32::INFINITY; TILE_PX]; TILE_PX],
+        };
+        Spans { near, far }
+    }
+
+    /// The parts of rays before the first surface that hides more than it shows, for what is drawn without order.
+    pub(crate) fn unhidden(&self) -> Spans {
+        let mut spans = Spans {
+            near: [[f32::NEG_INFINITY; TILE_PX]; TILE_PX],
+            far: [[f32::INFINITY; TILE_PX]; TILE_PX],
+        };
+        for layer in self.layers.iter().rev() {
+            for ((far, z), rgba) in spans
+                .far
+                .as_flattened_mut()
+                .iter_mut()
+                .zip(layer.z.as_flattened())
+                .zip(layer.rgba.as_flattened())
+            {
+                if rgba[3] > 0.5 {
+                    *far = *z;
+                }
+            }
+        }
+        spans
+    }
+
+    /// Composites the surfaces of this number behind what the pixels hold.
+    pub(crate) fn composite(&self, settings: &FieldSettings, number: usize, pixels: &mut Pixels) {
+        let Some(layer) = self.layers.get(number) else {
+            return;
+        };
+        let with_depth = settings.sheets.depth == DepthRule::Expected;
+        let anchor_z = settings.sheets.anchor.camera_z as f32;
+        for y in 0..TILE_PX {
+            for x in 0..TILE_PX {
+                let [.., alpha] = layer.rgba[y][x];
+                if alpha <= 0.0 {
+                    continue;
+                }
+                let before = pixels.transmittance[y][x];
+                pixels.transmittance[y][x] = before * (1.0 - alpha).max(0.0);
+                for (sum, value) in pixels.rgb[y][x].iter_mut().zip(layer.rgba[y][x]).take(3) {
+                    *sum += before * value;
+                }
+                if with_depth {
+                    pixels.depth[y][x] += before * alpha * (layer.z[y][x] + anchor_z);
+                }
+            }
+        }
+    }
+}
+
+impl TileSurfaces {
+    /// Returns true if nothing is seen through the surfaces of this number, at any sub-pixel that has one.
+    pub(crate) fn hide_all(
+        &self,
+        settings: &FieldSettings,
+        number: usize,
+        pixels: &Pixels,
+    ) -> bool {
+        let Some(layer) = self.layers.get(number) else {
+            return true;
+        };
+        let left = pixels.transmittance.as_flattened().iter();
+        let mut at = layer.z.as_flattened().iter().zip(left);
+        at.all(|(z, left)| z.is_infinite() || !(*left >= settings.sheets.min_transmittance))
+    }
+}
+
+impl Spans {
+    /// Returns how the slabs of a brick lie to the spans of the pixels in its window.
+    pub(crate) fn place(
+        &self,
+        settings: &FieldSettings,
+        placed: &PlacedBrick,
+        window: &Window,
+    ) -> Place {
+        let [low, high] = self.reach(settings, placed);
+        let (mut is_outside, mut is_inside) = (true, true);
+        for row in window.rows[0]..window.rows[1] {
+            let columns = window.columns[0]..window.columns[1];
+            let ends = self.near[row][columns.clone()]
+                .iter()
+                .zip(&self.far[row][columns]);
+            for (&near, &far) in ends {
+                is_outside &= high <= near || low >= far;
+                is_inside &= near <= low && high <= far;
+            }
+        }
+        match (is_outside, is_inside) {
+            (true, _) => Place::Outside,
+            (_, true) => Place::Inside,
+            _ => Place::Across,
+        }
+    }
+
+    /// Least and greatest camera z, relative to the anchor's, of the slabs of a brick's samples, and of one more at either end for
+    /// what lies between planes.
+    fn reach(&self, settings: &FieldSettings, placed: &PlacedBrick) -> [f32; 2] {
+        let thickness = settings.sheets.thickness;
+        let z = |plane: f64| (plane * thickness - settings.sheets.anchor.camera_z) as f32;
+        let [first, end] = placed.planes.map(f64::from);
+        [z(first - 1.0), z(end + 1.0)]
+    }
+
+    /// The pixels of a row whose spans meet the slabs of a brick.
+    #[inline(always)]
+    pub(crate) fn open<S: Simd>(
+        &self,
+        simd: S,
+        settings: &FieldSettings,
+        placed: &PlacedBrick,
+        row: usize,
+    ) -> mask32x16<S> {
+        let [low, high] = self.reach(settings, placed).map(|z| f32x16::splat(simd, z));
+        let near = f32x16::from_slice(simd, &self.near[row]);
+        let far = f32x16::from_slice(simd, &self.far[row]);
+        near.simd_lt(high) & far.simd_gt(low)
+    }
+
+    /// The part of the slab of a plane that lies in the span of each pixel of a block, from 0 to 1.
+    #[inline(always)]
+    pub(crate) fn part_of_slab<S: Simd>(
+        &self,
+        simd: S,
+        thickness: f32,
+        plane: &PlaneView,
+        at: [usize; 2],
+    ) -> f32x16<S> {
+        let slab = (plane.offset_z, thickness);
+        part_before(simd, &self.far, at, slab) - part_before(simd, &self.near, at, slab)
+    }
+
+    /// Where the spans of half a row begin and end.
+    #[inline(always)]
+    pub(crate) fn ends<S: Simd>(&self, simd: S, at: HalfRow) -> [f32x8<S>; 2] {
+        let range = at.first..at.first + LANES;
+        [
+            f32x8::from_slice(simd, &self.near[at.row][range.clone()]),
+            f32x8::from_slice(simd, &self.far[at.row][range]),
+        ]
+    }
+}
+
+/// The part of a slab, of this middle and thickness, that lies before these ends, for each pixel of a block.
+#[inline(always)]
+fn part_before<S: Simd>(
+    simd: S,
+    ends: &TilePlane,
+    [x, y]: [usize; 2],
+    (middle, thickness): (f32, f32),
+) -> f32x16<S> {
+    let constant = |v: f32| f32x16::splat(simd, v);
+    let mut z = [0.0; BLOCK_PX * BLOCK_PX];
+    for (row, z) in z.chunks_exact_mut(BLOCK_PX).enumerate() {
+        z.copy_from_slice(&ends[y * BLOCK_PX + row][x * BLOCK_PX..][..BLOCK_PX]);
+    }
+    let height = f32x16::from_slice(simd, &z) - constant(middle);
+    let part = height.mul_add(constant(1.0 / thickness), constant(0.5));
+    part.max(constant(0.0)).min(constant(1.0))
+}
