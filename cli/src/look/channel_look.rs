@@ -48,18 +48,6 @@ pub(crate) enum ChannelLook {
     Tint(TransferFunction),
 }
 
-/// Display colours by name, beside those that are written in numbers.
-const COLOURS: [(&str, &str); 8] = [
-    ("white", "#ffffff"),
-    ("red", "#ff0000"),
-    ("green", "#00ff00"),
-    ("blue", "#0000ff"),
-    ("cyan", "#00ffff"),
-    ("magenta", "#ff00ff"),
-    ("yellow", "#ffff00"),
-    ("orange", "#ff8000"),
-];
-
 impl ChannelLook {
     /// As the library takes it.
     pub(crate) fn lent(&self) -> volsplat::Look<'_> {
@@ -171,20 +159,14 @@ fn colours(word: &str) -> Result<ChannelColours> {
     if let Ok(map) = word.parse::<ColourMap>() {
         return Ok(ChannelColours::Map(map));
     }
-    match colour(word) {
+    match values::colour(word).ok() {
         Some(rgb) => Ok(ChannelColours::One(rgb)),
         None => bail!(
             "{word}: expected the look of a channel: a file that ends in .json, a colour map such as viridis, labels, a colour \
              such as #ff8000, or one of {}",
-            COLOURS.map(|(name, _)| name).join(", ")
+            values::COLOURS.map(|(name, _)| name).join(", ")
         ),
     }
-}
-
-/// A colour by its name or in numbers, in linear light.
-pub(crate) fn colour(word: &str) -> Option<[f32; 3]> {
-    let named = COLOURS.iter().find(|(name, _)| *name == word);
-    values::colour(named.map_or(word, |(_, digits)| digits)).ok()
 }
 
 fn label_table(args: &VolsplatArgs) -> Result<LabelTable> {

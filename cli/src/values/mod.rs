@@ -333,14 +333,30 @@ pub fn bits(text: &str) -> Result<u8, String> {
     }
 }
 
-/// A colour given in sRGB (`white`, `black`, `#rrggbb` or `R,G,B` from 0 to 255), as linear RGB.
+/// Display colours by name, beside those that are written in numbers.
+pub(crate) const COLOURS: [(&str, [f32; 3]); 9] = [
+    ("white", [255.0; 3]),
+    ("black", [0.0; 3]),
+    ("red", [255.0, 0.0, 0.0]),
+    ("green", [0.0, 255.0, 0.0]),
+    ("blue", [0.0, 0.0, 255.0]),
+    ("cyan", [0.0, 255.0, 255.0]),
+    ("magenta", [255.0, 0.0, 255.0]),
+    ("yellow", [255.0, 255.0, 0.0]),
+    ("orange", [255.0, 128.0, 0.0]),
+];
+
+/// A colour given in sRGB (a name such as `white`, `#rrggbb` or `R,G,B` from 0 to 255), as linear RGB.
 pub fn colour(text: &str) -> Result<[f32; 3], String> {
-    let encoded = match text {
-        "white" => Some([255.0; 3]),
-        "black" => Some([0.0; 3]),
-        _ => hex_colour(text).or_else(|| decimal_colour(text)),
-    };
-    let encoded = encoded.ok_or("expected white, black, #rrggbb, or R,G,B from 0 to 255")?;
+    let named = COLOURS.iter().find(|(name, _)| *name == text);
+    let encoded = named
+        .map(|(_, encoded)| *encoded)
+        .or_else(|| hex_colour(text))
+        .or_else(|| decimal_colour(text));
+    let encoded = encoded.ok_or_else(|| {
+        let names = COLOURS.map(|(name, _)| name).join(", ");
+        format!("expected #rrggbb, R,G,B from 0 to 255, or one of {names}")
+    })?;
     Ok(encoded.map(|channel| linear_from_srgb(channel / 255.0)))
 }
 

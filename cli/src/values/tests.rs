@@ -71,7 +71,8 @@ fn colours_are_decoded_to_linear_light() {
         colour("255,128,0"),
         "both spellings of orange"
     );
-    for bad in ["#ff80", "#ff80zz", "256,0,0", "-1,0,0", "red", "#éé"] {
+    assert_eq!(colour("red"), colour("#ff0000"), "red");
+    for bad in ["#ff80", "#ff80zz", "256,0,0", "-1,0,0", "rot", "#éé"] {
         assert!(colour(bad).is_err(), "{bad:?} is no colour");
     }
 }

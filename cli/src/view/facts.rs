@@ -9,9 +9,10 @@ use volsplat::{Blend, Shading, TransferFunction};
 
 use crate::args::{ColourBy, Drawing, RayBlend, TransferArgs, VolsplatArgs};
 use crate::look::file_channel::ShownChannel;
+use crate::look::transfer;
 use crate::look::transfer::Suggested;
-use crate::look::{channel_look, transfer};
 use crate::open::volume::OpenVolume;
+use crate::values;
 use crate::values::word;
 
 /// Bars of the histogram that the page draws.
@@ -82,7 +83,7 @@ fn channels(open: &OpenVolume) -> Vec<Value> {
     let shown = open.shown_channels().into_iter();
     let known = shown.map(|(ShownChannel { number, name, look }, volume)| {
         let word = look.word.as_deref();
-        let colour = word.and_then(channel_look::colour);
+        let colour = word.and_then(|word| values::colour(word).ok());
         let (least, most) = volume.value_range();
         json!({
             "number": number.to_string(),

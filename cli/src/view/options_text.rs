@@ -19,7 +19,6 @@ use crate::args::words::session;
 use crate::args::words::typed::Typed;
 use crate::args::{ComponentLook, Drawing, GlobalArgs, ServeArgs};
 use crate::cameras::viewpoint::Viewpoint;
-use crate::look::channel_look;
 use crate::values;
 use crate::values::BackgroundWord;
 use crate::values::input_file::Held;
@@ -324,9 +323,7 @@ fn changed(changes: &Changes) -> Result<Vec<String>> {
 fn check_channel(value: &str) -> Result<()> {
     let channel: ComponentLook = value.parse()?;
     let is_look = channel.look.word.is_none_or(|look| {
-        look == "labels"
-            || look.parse::<ColourMap>().is_ok()
-            || channel_look::colour(&look).is_some()
+        look == "labels" || look.parse::<ColourMap>().is_ok() || values::colour(&look).is_ok()
     });
     if !is_look {
         bail!(

@@ -9,9 +9,9 @@ use resample_core::image::{linear_from_srgb, srgb_from_linear};
 use resample_core::narrow::single;
 use volsplat::volume::Slice;
 
-use crate::look::channel_look;
 use crate::look::file_channel::ShownChannel;
 use crate::open::volume::OpenVolume;
+use crate::values;
 
 /// The picture of a slice: an axis of the grid and a voxel along it; black and white at the ends of the window.
 pub(crate) fn picture(
@@ -34,7 +34,7 @@ pub(crate) fn picture(
         codes.resize(slice.values.len(), [0.0; 3]);
         let look = shown.get(place).map(|shown| &shown.look);
         let window = look.and_then(|look| look.window).unwrap_or([low, high]);
-        let colour = look.and_then(|look| channel_look::colour(look.word.as_deref()?));
+        let colour = look.and_then(|look| values::colour(look.word.as_deref()?).ok());
         let strength = look.map_or(1.0, |look| look.opacity.unwrap_or(1.0));
         let gamma = look.and_then(|look| look.gamma).unwrap_or(1.0);
         let colour = colour.map_or([1.0; 3], |rgb| {

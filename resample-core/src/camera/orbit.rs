@@ -213,6 +213,20 @@ pub struct Seen {
     pub near_enough: f64,
 }
 
+impl Seen {
+    /// Where any of the two is seen.
+    pub fn both(a: Option<Self>, b: Option<Self>) -> Option<Self> {
+        match (a, b) {
+            (Some(a), Some(b)) => Some(Self {
+                low: a.low.min(b.low),
+                high: a.high.max(b.high),
+                near_enough: a.near_enough.max(b.near_enough),
+            }),
+            (one, None) | (None, one) => one,
+        }
+    }
+}
+
 /// The extent that a camera sees; `None` where that is nothing.
 pub type Measure<'a, E> = dyn FnMut(&Camera) -> Result<Option<Seen>, E> + 'a;
 

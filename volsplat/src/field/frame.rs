@@ -220,7 +220,7 @@ impl FieldFrame<'_> {
                 let at = [index % columns, index / columns];
                 let list = lists.tile(at[0], at[1]);
                 slot.reset(list.len());
-                let surfaces = self.surfaces.of_tile(self.settings, at);
+                let surfaces = self.surfaces.of_tile(&self.settings.sheets, at);
                 if list.is_empty() && surfaces.is_none() || self.stop.is_asked() {
                     return;
                 }

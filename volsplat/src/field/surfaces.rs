@@ -8,15 +8,15 @@
 //! Source: ray segments up to the depth of opaque geometry, as in Levoy, "A Hybrid Ray Tracer for Rendering Polygon and Volume Data",
 //! IEEE Computer Graphics and Applications 10(2), 1990.
 
+use std::ops::Range;
+
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f32x16, mask32x16};
 use resample_core::Surface;
-use resample_core::composite::DepthRule;
 use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
 
-use crate::field::settings::{FieldSettings, PlacedBrick};
-use crate::field::walk::scratch::{Pixels, Window};
+use crate::slabs::settings::SheetSettings;
 use crate::slabs::view::{BLOCK_PX, HalfRow, LANES, PlaneView};
 
 /// The surfaces of a frame, at its sub-pixels.
@@ -31,11 +31,11 @@ pub(crate) struct Surfaces<'a> {
 
 /// A surface at each sub-pixel of a tile.
 #[derive(Clone, Debug)]
-struct Layer {
+pub(crate) struct Layer {
     /// Camera z, relative to the anchor's; infinite where there is no surface.
-    z: TilePlane,
+    pub(crate) z: TilePlane,
     /// Linear and premultiplied.
-    rgba: [[[f32; 4]; TILE_PX]; TILE_PX],
+    pub(crate) rgba: [[[f32; 4]; TILE_PX]; TILE_PX],
 }
 
 /// The surfaces of a tile, front to back at each sub-pixel.
@@ -63,10 +63,10 @@ impl Surfaces<'_> {
     /// Returns the surfaces in a tile; `None` where there are none.
     pub(crate) fn of_tile(
         &self,
-        settings: &FieldSettings,
+        settings: &SheetSettings,
         tile: [usize; 2],
     ) -> Option<TileSurfaces> {
-        let origin = self.depth_origin / self.length + settings.sheets.anchor.camera_z;
+        let origin = self.depth_origin / self.length + settings.anchor.camera_z;
         let seen = self.all.iter().filter_map(|surface| surface.tile(tile));
         let mut layers: Vec<Layer> = seen
             .map(|tile| Layer {
@@ -102,9 +102,9 @@ fn sort(layers: &mut [Layer]) {
 }
 
 impl TileSurfaces {
-    /// Surfaces of the sub-pixel that has most.
-    pub(crate) fn count(&self) -> usize {
-        self.layers.len()
+    /// The first surface at each sub-pixel, the second, and so on.
+    pub(crate) fn layers(&self) -> &[Layer] {
+        &self.layers
     }
 
     /// The parts of rays before the surface of this number, behind the one before it.
@@ -141,65 +141,22 @@ impl TileSurfaces {
         }
         spans
     }
-
-    /// Composites the surfaces of this number behind what the pixels hold.
-    pub(crate) fn composite(&self, settings: &FieldSettings, number: usize, pixels: &mut Pixels) {
-        let Some(layer) = self.layers.get(number) else {
-            return;
-        };
-        let with_depth = settings.sheets.depth == DepthRule::Expected;
-        let anchor_z = settings.sheets.anchor.camera_z as f32;
-        for y in 0..TILE_PX {
-            for x in 0..TILE_PX {
-                let [.., alpha] = layer.rgba[y][x];
-                if alpha <= 0.0 {
-                    continue;
-                }
-                let before = pixels.transmittance[y][x];
-                pixels.transmittance[y][x] = before * (1.0 - alpha).max(0.0);
-                for (sum, value) in pixels.rgb[y][x].iter_mut().zip(layer.rgba[y][x]).take(3) {
-                    *sum += before * value;
-                }
-                if with_depth {
-                    pixels.depth[y][x] += before * alpha * (layer.z[y][x] + anchor_z);
-                }
-            }
-        }
-    }
-}
-
-impl TileSurfaces {
-    /// Returns true if nothing is seen through the surfaces of this number, at any sub-pixel that has one.
-    pub(crate) fn hide_all(
-        &self,
-        settings: &FieldSettings,
-        number: usize,
-        pixels: &Pixels,
-    ) -> bool {
-        let Some(layer) = self.layers.get(number) else {
-            return true;
-        };
-        let left = pixels.transmittance.as_flattened().iter();
-        let mut at = layer.z.as_flattened().iter().zip(left);
-        at.all(|(z, left)| z.is_infinite() || !(*left >= settings.sheets.min_transmittance))
-    }
 }
 
 impl Spans {
-    /// Returns how the slabs of a brick lie to the spans of the pixels in its window.
+    /// Returns how the slabs of these planes, those of a brick, lie to the spans of these pixels.
     pub(crate) fn place(
         &self,
-        settings: &FieldSettings,
-        placed: &PlacedBrick,
-        window: &Window,
+        settings: &SheetSettings,
+        planes: [u32; 2],
+        (columns, rows): (Range<usize>, Range<usize>),
     ) -> Place {
-        let [low, high] = self.reach(settings, placed);
+        let [low, high] = reach(settings, planes);
         let (mut is_outside, mut is_inside) = (true, true);
-        for row in window.rows[0]..window.rows[1] {
-            let columns = window.columns[0]..window.columns[1];
+        for row in rows {
             let ends = self.near[row][columns.clone()]
                 .iter()
-                .zip(&self.far[row][columns]);
+                .zip(&self.far[row][columns.clone()]);
             for (&near, &far) in ends {
                 is_outside &= high <= near || low >= far;
                 is_inside &= near <= low && high <= far;
@@ -212,25 +169,16 @@ impl Spans {
         }
     }
 
-    /// Least and greatest camera z, relative to the anchor's, of the slabs of a brick's samples, and of one more at either end for
-    /// what lies between planes.
-    fn reach(&self, settings: &FieldSettings, placed: &PlacedBrick) -> [f32; 2] {
-        let thickness = settings.sheets.thickness;
-        let z = |plane: f64| (plane * thickness - settings.sheets.anchor.camera_z) as f32;
-        let [first, end] = placed.planes.map(f64::from);
-        [z(first - 1.0), z(end + 1.0)]
-    }
-
-    /// The pixels of a row whose spans meet the slabs of a brick.
+    /// The pixels of a row whose spans meet the slabs of these planes.
     #[inline(always)]
     pub(crate) fn open<S: Simd>(
         &self,
         simd: S,
-        settings: &FieldSettings,
-        placed: &PlacedBrick,
+        settings: &SheetSettings,
+        planes: [u32; 2],
         row: usize,
     ) -> mask32x16<S> {
-        let [low, high] = self.reach(settings, placed).map(|z| f32x16::splat(simd, z));
+        let [low, high] = reach(settings, planes).map(|z| f32x16::splat(simd, z));
         let near = f32x16::from_slice(simd, &self.near[row]);
         let far = f32x16::from_slice(simd, &self.far[row]);
         near.simd_lt(high) & far.simd_gt(low)
@@ -258,6 +206,13 @@ impl Spans {
             f32x8::from_slice(simd, &self.far[at.row][range]),
         ]
     }
+}
+
+/// Least and greatest camera z, relative to the anchor's, of the slabs of planes first..end, and of one more at either end for what
+/// lies between planes.
+fn reach(settings: &SheetSettings, [first, end]: [u32; 2]) -> [f32; 2] {
+    let z = |plane: f64| (plane * settings.thickness - settings.anchor.camera_z) as f32;
+    [z(f64::from(first) - 1.0), z(f64::from(end) + 1.0)]
 }
 
 /// The part of a slab, of this middle and thickness, that lies before these ends, for each pixel of a block.

@@ -13,7 +13,7 @@ use crate::bricks::cells::{CELL_ROWS, CellBrick, Gradients, Scalars, VERTEX_SIDE
 use crate::field::batch;
 use crate::field::batch::statistic;
 use crate::field::settings::{AnchoredRays, FieldSettings, PlacedBrick, Rule, TileContext};
-use crate::field::surfaces::{Place, Spans, TileSurfaces};
+use crate::field::surfaces::{Layer, Place, Spans, TileSurfaces};
 use crate::field::walk::constant_walk::add_uniform;
 use crate::field::walk::scratch::{FieldScratch, Window};
 use crate::field::walk::{isosurface, segments};
@@ -36,27 +36,41 @@ pub(crate) fn render_tile<'a>(
         let spans = surfaces.unhidden();
         let (counts, _) = advance_tile(settings, view, bricks, Some(&spans), scratch);
         end_tile(settings, scratch);
-        for number in 0..surfaces.count() {
-            surfaces.composite(settings, number, &mut scratch.pixels);
+        for layer in surfaces.layers() {
+            scratch
+                .pixels
+                .add_layer(&settings.sheets, &layer.z, &layer.rgba);
         }
         return (counts, scratch.pixels.planes());
     }
     let mut counts = TileCounts::default();
-    for number in 0..=surfaces.count() {
+    for number in 0..=surfaces.layers().len() {
         let spans = surfaces.spans(number);
         let (more, state) = advance_tile(settings, view, bricks.clone(), Some(&spans), scratch);
         // Every span looks at the same bricks.
         counts.composited = counts.composited.max(more.composited);
         counts.pixels_touched += more.pixels_touched;
+        let Some(layer) = surfaces.layers().get(number) else {
+            break;
+        };
         if state == TileState::Opaque {
             break;
         }
-        surfaces.composite(settings, number, &mut scratch.pixels);
-        if surfaces.hide_all(settings, number, &scratch.pixels) {
+        scratch
+            .pixels
+            .add_layer(&settings.sheets, &layer.z, &layer.rgba);
+        if hides_all(layer, settings, scratch) {
             break;
         }
     }
     (counts, end_tile(settings, scratch))
+}
+
+/// Returns true if nothing is seen through a layer of surfaces, at any pixel that has one.
+fn hides_all(layer: &Layer, settings: &FieldSettings, scratch: &FieldScratch) -> bool {
+    let left = scratch.pixels.transmittance.as_flattened().iter();
+    let mut at = layer.z.as_flattened().iter().zip(left);
+    at.all(|(z, left)| z.is_infinite() || !(*left >= settings.sheets.min_transmittance))
 }
 
 /// Takes more bricks in, front to back, behind what `scratch` holds. Says also whether the tile is opaque now.
@@ -95,7 +109,7 @@ fn advance_while_open<'a>(
         }
         let window = Window::new(placed, view);
         let place = spans.map_or(Place::Inside, |spans| {
-            spans.place(settings, placed, &window)
+            spans.place(&settings.sheets, placed.planes, window.ranges())
         });
         if place == Place::Outside || !is_useful(placed, &window, scratch) {
             continue;

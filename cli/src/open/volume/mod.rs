@@ -6,6 +6,7 @@
 pub(crate) mod channels;
 pub(crate) mod data;
 pub(crate) mod file;
+pub(crate) mod meshes;
 pub(crate) mod key_motion;
 pub(crate) mod scene;
 pub(crate) mod step_values;
@@ -28,7 +29,7 @@ use crate::args::{AxesKind, Given, RenderArgs, VolsplatArgs};
 use crate::cameras::camera_path::KeyKind;
 use crate::cameras::framing;
 use crate::cameras::framing::volume::{Small, corners};
-use crate::cameras::framing::{Extent, Measure, seen_points};
+use crate::cameras::framing::{Extent, Measure, Seen, seen_points};
 use crate::look;
 use crate::look::file_channel::ShownChannel;
 use crate::look::transfer;
@@ -36,6 +37,7 @@ use crate::look::transfer::Suggested;
 use crate::open::figure::FigureFacts;
 use crate::open::volume::data::{Content, Keeping};
 use crate::open::volume::key_motion::VolumeMotion;
+use crate::open::volume::meshes::Meshes;
 use crate::open::volume::time_steps::TimeSteps;
 use crate::output;
 use crate::picture::Drawn;
@@ -53,6 +55,8 @@ pub(crate) struct OpenVolume {
     steps: Option<TimeSteps>,
     keeping: Keeping,
     renderer: Renderer,
+    /// Meshes that stand in the volume.
+    meshes: Meshes,
     /// Ends a frame that nobody waits for.
     stop: Stop,
     /// Changes from picture to picture beside the camera.
@@ -114,7 +118,7 @@ impl OpenVolume {
         self.content.decide(&args, self.plan.finish.format)?;
         self.content.change(&mut self.renderer, self.keeping)?;
         self.args = args;
-        Ok(())
+        self.meshes.light_as(&self.content.look.options)
     }
 
     /// The light and blending that go with the look, where none were typed.
@@ -127,7 +131,9 @@ impl OpenVolume {
         let visible = self.renderer.visible_bounds_in_world();
         let visible = self.content.box_of_steps().or(visible);
         let bounds = visible.unwrap_or_else(|| framing::volume::grid_bounds(self.content.first()));
-        framing::volume::with_kernels(bounds, self.content.first())
+        let [low, high] = framing::volume::with_kernels(bounds, self.content.first());
+        let meshes = self.meshes.bounds_in_world();
+        meshes.map_or([low, high], |[a, b]| [low.min(a), high.max(b)])
     }
 
     /// The facts that a figure shows.
@@ -210,7 +216,7 @@ impl OpenVolume {
         if reuse == Reuse::NeedsRenderer {
             self.renderer = self.content.renderer(self.keeping, Progress::Hidden)?;
         }
-        Ok(())
+        self.meshes.light_as(&self.content.look.options)
     }
 
     fn stats_before_drawing(&self, request: &Request) -> RunStats {
@@ -234,14 +240,16 @@ impl OpenVolume {
     }
 }
 
-/// The picture of a volume renderer, with its counts and times.
+/// The picture of a volume renderer and of the meshes in it, with its counts and times.
 fn drawn(
-    renderer: &mut Renderer,
+    (renderer, meshes): (&mut Renderer, &mut Meshes),
     camera: &Camera,
     progress: Progress,
     stop: &Stop,
 ) -> Result<Drawn> {
-    let frame = renderer.render_until(camera, stop, &mut watch("drawing", progress))?;
+    let surfaces = meshes.surfaces(renderer, camera)?;
+    let mut watch = watch("drawing", progress);
+    let frame = renderer.render_among(camera, &surfaces, stop, &mut watch)?;
     let account = Account {
         keys: serde_json::to_value(&frame.stats)?,
         line: record::stage_line(&frame.stats),
@@ -336,6 +344,8 @@ fn loaded(
     let renderer = content
         .renderer(keeping, progress)
         .with_context(|| format!("{}: cannot be drawn", args.input.path.display()))?;
+    let meshes = Meshes::read(&args.scene.meshes, &content.look.options, plan.gate())?;
+    meshes.check(&renderer, &content.look.options)?;
     let classify_ms = report::ms_since(start);
     Ok(OpenVolume {
         args,
@@ -344,6 +354,7 @@ fn loaded(
         steps,
         keeping,
         renderer,
+        meshes,
         stop: Stop::default(),
         motion,
         cameras: Vec::new(),
@@ -400,6 +411,7 @@ fn cameras(open: &mut OpenVolume) -> Result<Vec<Camera>> {
         content,
         steps,
         renderer,
+        meshes,
         ..
     } = open;
     if steps.is_none() && renderer.visible_bounds_in_world().is_none() {
@@ -421,8 +433,14 @@ fn cameras(open: &mut OpenVolume) -> Result<Vec<Camera>> {
         let mut measure = |camera: &Camera| Ok(seen_points(camera, corners.iter().copied()));
         return plan.cameras(&request, (&extent, stance), &mut measure);
     }
+    let of_meshes = meshes.bounds_in_world().map(corners);
     fitted(renderer, &content.look.options, bounds, &mut |measure| {
-        plan.cameras(&request, (&extent, stance), measure)
+        let mut measure = |camera: &Camera| {
+            let volume = measure(camera)?;
+            let meshes = seen_points(camera, of_meshes.iter().flatten().copied());
+            Ok(Seen::both(volume, meshes))
+        };
+        plan.cameras(&request, (&extent, stance), &mut measure)
     })
 }
 

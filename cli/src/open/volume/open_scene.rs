@@ -111,7 +111,8 @@ impl OpenScene for OpenVolume {
     }
 
     fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
-        drawn(&mut self.renderer, camera, Progress::Hidden, &self.stop)
+        let both = (&mut self.renderer, &mut self.meshes);
+        drawn(both, camera, Progress::Hidden, &self.stop)
     }
 
     fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
@@ -139,6 +140,11 @@ impl OpenScene for OpenVolume {
             // Labels, channels and other blends have no such plane.
             Err(_) => self.content.first_voxel(pixel),
         };
+        let z = |world: DVec3| pixel.camera_from_world.transform_point3(world).z;
+        let nearer = |depth: &f64| world.is_none_or(|world| *depth < z(world));
+        if let Some(depth) = self.meshes.depth(pixel)?.filter(nearer) {
+            return Ok(Some(Probed::of_surface(viewpoint::world_at(pixel, depth))));
+        }
         let Some(world) = world else {
             return Ok(None);
         };
@@ -181,7 +187,7 @@ impl OpenScene for OpenVolume {
         } else {
             Progress::Hidden
         };
-        let mut renderer = open.renderer;
+        let (mut renderer, mut meshes) = (open.renderer, open.meshes);
         // The renderer holds a copy of the visible voxels. Only a look or steps that change between pictures need the volume again.
         let is_moving = open.motion.is_some() || open.steps.is_some();
         let mut content = is_moving.then_some(open.content);
@@ -206,7 +212,8 @@ impl OpenScene for OpenVolume {
                 }
             }
             picture::in_window(shot.camera, &shot.window, &mut |camera| {
-                let mut drawn = drawn(&mut renderer, camera, progress, &open.stop)?;
+                let both = (&mut renderer, &mut meshes);
+                let mut drawn = drawn(both, camera, progress, &open.stop)?;
                 drawn.image.planes.extend(renderer.layers(camera, &layers)?);
                 Ok(drawn)
             })

@@ -238,6 +238,7 @@ pub(crate) fn inputs(args: &SceneArgs) -> impl Iterator<Item = &Path> {
     args.mask
         .iter()
         .chain(&args.label_colours)
+        .chain(args.meshes.iter().map(|mesh| &mesh.path))
         .map(PathBuf::as_path)
         .chain(also.map(|also| also.file.path.as_path()))
 }
@@ -249,12 +250,20 @@ pub(crate) fn record(args: &SceneArgs) -> Value {
         components.map(|component| [component.channel.clone(), component.look.to_string()]);
     let also = args.channels.also.iter();
     let also = also.map(|also| [also.file.to_string(), also.look.to_string()]);
+    let meshes = args.meshes.iter().map(|mesh| {
+        json!({
+            "file": report::name(&mesh.path),
+            "colour": mesh.colour,
+            "opacity": mesh.opacity,
+        })
+    });
     json!({
         "mask": args.mask.as_deref().map(report::name),
         "labels": args.labels,
         "label_colours": args.label_colours.as_deref().map(report::name),
         "channels": components.collect::<Vec<_>>(),
         "also": also.collect::<Vec<_>>(),
+        "meshes": meshes.collect::<Vec<_>>(),
     })
 }
 

@@ -42,7 +42,7 @@ pub(crate) fn open_blocks<S: Simd, R: PackedRule>(
     for row in window.rows[0]..window.rows[1] {
         let mut takes = R::open(simd, job, scratch, row);
         if let Some(spans) = job.spans {
-            takes &= spans.open(simd, job.settings, job.placed, row);
+            takes &= spans.open(simd, &job.settings.sheets, job.placed.planes, row);
         }
         let bits = takes.to_bitmask();
         let of_row = &mut open[row / BLOCK_PX];

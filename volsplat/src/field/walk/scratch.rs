@@ -4,12 +4,13 @@ use std::ops::Range;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x8, f32x16, mask32x8};
-use resample_core::composite::TilePixels;
+use resample_core::composite::{DepthRule, TilePixels};
 use resample_core::maps::TilePlane;
 use resample_core::tile::{TILE_AREA, TILE_PX};
 
 use crate::field::settings::{FieldSettings, PlacedBrick, RayValues, at_start};
 use crate::field::walk::lists::{PackedSamples, SegmentList};
+use crate::slabs::settings::SheetSettings;
 use crate::slabs::view::{HalfRow, LANES, PlaneView, TileView};
 use crate::stats::SampleCounts;
 
@@ -99,6 +100,33 @@ impl Pixels {
         for (lane, sum) in self.rgb[at.row][range].iter_mut().enumerate() {
             for (sum, value) in sum.iter_mut().zip(samples.rgb) {
                 *sum += bodies[lane] * value + highlights[lane];
+            }
+        }
+    }
+
+    /// Composites a colour at each pixel, linear and premultiplied, behind those before it; `z` is its camera z relative to the anchor's.
+    pub(crate) fn add_layer(
+        &mut self,
+        settings: &SheetSettings,
+        z: &TilePlane,
+        rgba: &[[[f32; 4]; TILE_PX]; TILE_PX],
+    ) {
+        let with_depth = settings.depth == DepthRule::Expected;
+        let anchor_z = settings.anchor.camera_z as f32;
+        for y in 0..TILE_PX {
+            for x in 0..TILE_PX {
+                let [.., alpha] = rgba[y][x];
+                if alpha <= 0.0 {
+                    continue;
+                }
+                let before = self.transmittance[y][x];
+                self.transmittance[y][x] = before * (1.0 - alpha).max(0.0);
+                for (sum, value) in self.rgb[y][x].iter_mut().zip(rgba[y][x]).take(3) {
+                    *sum += before * value;
+                }
+                if with_depth {
+                    self.depth[y][x] += before * alpha * (z[y][x] + anchor_z);
+                }
             }
         }
     }
@@ -288,6 +316,12 @@ pub(crate) struct Window {
 }
 
 impl Window {
+    /// Its columns and rows.
+    pub(crate) fn ranges(&self) -> (Range<usize>, Range<usize>) {
+        let [columns, rows] = [self.columns, self.rows].map(|[first, end]| first..end);
+        (columns, rows)
+    }
+
     pub(crate) fn new(placed: &PlacedBrick, view: &TileView) -> Self {
         let corner_px = view.first_px();
         let inside = |pixel: u16, axis: usize| {

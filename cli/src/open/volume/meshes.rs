@@ -1,0 +1,166 @@
+//! Meshes that stand in a volume: implants, electrodes, outlines.
+//!
+//! Each file is read and prepared by texmap once, and drawn for each picture at the volume's sub-pixels; volsplat composites it where
+//! its rays meet it. Of a translucent mesh the nearest side is seen.
+
+use anyhow::{Context, Result, bail};
+use glam::DVec3;
+use resample_core::{Camera, Surface};
+use resample_io::Gate;
+use texmap::scene::{AlphaMode, Lighting, Sides};
+use texmap::{LoadOptions, Loaded, Shade};
+use volsplat::{Light, Order, RenderOptions, Renderer};
+
+use crate::args::MeshWord;
+use crate::process::report;
+
+/// The meshes of a picture, in the order in which they were typed.
+pub(crate) struct Meshes {
+    all: Vec<StandingMesh>,
+}
+
+struct StandingMesh {
+    word: MeshWord,
+    scene: texmap::Scene,
+    options: texmap::RenderOptions,
+    renderer: texmap::Renderer,
+}
+
+impl Meshes {
+    /// Reads the files.
+    pub(crate) fn read(words: &[MeshWord], render: &RenderOptions, gate: &Gate) -> Result<Self> {
+        let all = words
+            .iter()
+            .map(|word| StandingMesh::read(word, render, gate));
+        Ok(Self {
+            all: all.collect::<Result<_>>()?,
+        })
+    }
+
+    /// Returns true if there are none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
+    /// Refuses a renderer in which no meshes can stand.
+    pub(crate) fn check(&self, renderer: &Renderer, render: &RenderOptions) -> Result<()> {
+        if self.is_empty() {
+            return Ok(());
+        }
+        if !matches!(render.order, Order::Field(_)) {
+            bail!("--mesh goes with the field alone: leave out --mesh, or the options of samples");
+        }
+        if renderer.reads_file() {
+            bail!(
+                "--mesh needs all visible voxels in memory: raise --max-memory, or leave out --mesh"
+            );
+        }
+        Ok(())
+    }
+
+    /// Lights the meshes as these options light the volume.
+    pub(crate) fn light_as(&mut self, render: &RenderOptions) -> Result<()> {
+        for mesh in &mut self.all {
+            let options = lit(&mesh.word, render);
+            if options != mesh.options {
+                mesh.renderer = texmap::Renderer::new(&mesh.scene, &options)?;
+                mesh.options = options;
+            }
+        }
+        Ok(())
+    }
+
+    /// The box around all of them, in the world.
+    pub(crate) fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
+        let boxes = self
+            .all
+            .iter()
+            .filter_map(|mesh| mesh.renderer.bounds_in_world());
+        boxes.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)])
+    }
+
+    /// The surfaces that `camera` sees, at the sub-pixels of its picture of the volume.
+    pub(crate) fn surfaces(&mut self, volume: &Renderer, camera: &Camera) -> Result<Vec<Surface>> {
+        if self.is_empty() {
+            return Ok(Vec::new());
+        }
+        let subpixels = volume.subpixels(camera)?;
+        let surface = |mesh: &mut StandingMesh| {
+            let mut surface = mesh.renderer.surface(camera, subpixels)?;
+            if mesh.word.opacity < 1.0 {
+                surface.fade(1.0 - mesh.word.opacity);
+            }
+            Ok(surface)
+        };
+        self.all.iter_mut().map(surface).collect()
+    }
+
+    /// Camera z of the nearest of them in the picture of a camera with one pixel.
+    pub(crate) fn depth(&mut self, pixel: &Camera) -> Result<Option<f64>> {
+        let mut nearest: Option<f64> = None;
+        for mesh in &mut self.all {
+            let surface = mesh.renderer.surface(pixel, 1)?;
+            let depth = surface.tile([0, 0]).map(|tile| f64::from(tile.depth[0][0]));
+            if let Some(depth) = depth.filter(|depth| depth.is_finite()) {
+                nearest = Some(nearest.map_or(depth, |nearest| nearest.min(depth)));
+            }
+        }
+        Ok(nearest)
+    }
+}
+
+impl StandingMesh {
+    fn read(word: &MeshWord, render: &RenderOptions, gate: &Gate) -> Result<Self> {
+        let load = LoadOptions {
+            gate: gate.clone(),
+            ..LoadOptions::default()
+        };
+        let Loaded { mut scene, notes } = texmap::load(&word.path, &load)
+            .with_context(|| format!("--mesh {}: no mesh can be read", word.path.display()))?;
+        report::say_notes(&notes);
+        if let Some(colour) = word.colour {
+            paint(&mut scene, colour);
+        }
+        let options = lit(word, render);
+        let renderer = texmap::Renderer::new(&scene, &options)?;
+        Ok(Self {
+            word: word.clone(),
+            scene,
+            options,
+            renderer,
+        })
+    }
+}
+
+/// The light on a mesh: that of the volume, and at the eye what its materials ask for where they keep their colours.
+fn lit(word: &MeshWord, render: &RenderOptions) -> texmap::RenderOptions {
+    let (shade, light) = match render.light {
+        Light::Towards(light) => (Shade::Lambert, Some(light)),
+        _ if word.colour.is_some() => (Shade::Headlight, None),
+        _ => (Shade::Auto, None),
+    };
+    let own = texmap::RenderOptions::default();
+    texmap::RenderOptions {
+        shade,
+        light: light.unwrap_or(own.light),
+        simd: render.simd,
+        ..own
+    }
+}
+
+/// Gives every surface one colour, on both sides.
+fn paint(scene: &mut texmap::Scene, [red, green, blue]: [f32; 3]) {
+    for mesh in &mut scene.meshes {
+        mesh.colours.clear();
+    }
+    for material in &mut scene.materials {
+        *material = texmap::scene::Material {
+            name: std::mem::take(&mut material.name),
+            base_colour: [red, green, blue, 1.0],
+            alpha: AlphaMode::Opaque,
+            sides: Sides::Both,
+            lighting: Lighting::Lit,
+            ..texmap::scene::Material::default()
+        };
+    }
+}
