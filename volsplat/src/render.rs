@@ -337,7 +337,7 @@ impl Renderer {
     /// As [`Renderer::render_until`], with `surfaces` of other renderers inside the volume, in any order: each ray sees them where it
     /// meets them, and the volume behind them as far as their alpha is below 1. They are those of `camera` with
     /// [`Renderer::subpixels`] times as many pixels along each side. Maxima, minima and averages are those of the
-    /// samples before the first surface of more than half alpha.
+    /// samples before the first surface of more than half alpha, and lie over the surfaces as light: dark values cover nothing.
     ///
     /// [`Error::Option`] also for a surface of another size, for orders of samples, and where a frame reads the volume's file.
     pub fn render_among(

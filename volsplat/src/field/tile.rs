@@ -15,7 +15,7 @@ use crate::field::batch::statistic;
 use crate::field::settings::{AnchoredRays, FieldSettings, PlacedBrick, Rule, TileContext};
 use crate::field::surfaces::{Layer, Place, Spans, TileSurfaces};
 use crate::field::walk::constant_walk::add_uniform;
-use crate::field::walk::scratch::{FieldScratch, Window};
+use crate::field::walk::scratch::{FieldScratch, Pixels, Window};
 use crate::field::walk::{isosurface, segments};
 use crate::slabs::view::TileView;
 
@@ -36,11 +36,7 @@ pub(crate) fn render_tile<'a>(
         let spans = surfaces.unhidden();
         let (counts, _) = advance_tile(settings, view, bricks, Some(&spans), scratch);
         end_tile(settings, scratch);
-        for layer in surfaces.layers() {
-            scratch
-                .pixels
-                .add_layer(&settings.sheets, &layer.z, &layer.rgba);
-        }
+        add_under_light(surfaces, settings, &mut scratch.pixels);
         return (counts, scratch.pixels.planes());
     }
     let mut counts = TileCounts::default();
@@ -64,6 +60,25 @@ pub(crate) fn render_tile<'a>(
         }
     }
     (counts, end_tile(settings, scratch))
+}
+
+/// Composites surfaces behind values of rays, which lie over them as light on a display: dark values cover nothing, whatever their
+/// opacity. Pixels without a surface stay as they are.
+fn add_under_light(surfaces: &TileSurfaces, settings: &FieldSettings, pixels: &mut Pixels) {
+    let mut left = pixels.transmittance;
+    for (rgb, transmittance) in pixels.rgb.iter().zip(&mut pixels.transmittance) {
+        for ([red, green, blue, _], transmittance) in rgb.iter().zip(transmittance) {
+            *transmittance = (1.0 - red.max(*green).max(*blue)).clamp(0.0, 1.0);
+        }
+    }
+    for layer in surfaces.layers() {
+        pixels.add_layer(&settings.sheets, &layer.z, &layer.rgba);
+        let colours = layer.rgba.as_flattened();
+        for (left, [.., alpha]) in left.as_flattened_mut().iter_mut().zip(colours) {
+            *left *= (1.0 - alpha).max(0.0);
+        }
+    }
+    pixels.transmittance = left;
 }
 
 /// Returns true if nothing is seen through a layer of surfaces, at any pixel that has one.

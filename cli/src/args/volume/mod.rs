@@ -121,7 +121,7 @@ pub struct MeshWord {
 }
 
 /// Reads `FILE`, `FILE:COLOUR`, `FILE:COLOUR,OPACITY` or `FILE:,OPACITY`.
-pub fn mesh_word(text: &str) -> Result<MeshWord, String> {
+fn mesh_word(text: &str) -> Result<MeshWord, String> {
     let whole = MeshWord {
         path: PathBuf::from(text),
         colour: None,

@@ -302,7 +302,7 @@ fn cameras(
 }
 
 /// The corners of all triangles; one that several share comes several times.
-fn corners(scene: &Scene) -> impl Iterator<Item = DVec3> {
+pub(crate) fn corners(scene: &Scene) -> impl Iterator<Item = DVec3> {
     let of_mesh = |mesh: &Mesh, corner: u32| {
         scene.origin_in_world + Vec3::from_array(mesh.positions[corner as usize]).as_dvec3()
     };

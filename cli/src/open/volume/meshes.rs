@@ -12,6 +12,7 @@ use texmap::{LoadOptions, Loaded, Shade};
 use volsplat::{Light, Order, RenderOptions, Renderer};
 
 use crate::args::MeshWord;
+use crate::open::mesh::corners;
 use crate::process::report;
 
 /// The meshes of a picture, in the order in which they were typed.
@@ -77,6 +78,11 @@ impl Meshes {
             .iter()
             .filter_map(|mesh| mesh.renderer.bounds_in_world());
         boxes.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)])
+    }
+
+    /// The corners of their triangles, in the world.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = DVec3> {
+        self.all.iter().flat_map(|mesh| corners(&mesh.scene))
     }
 
     /// The surfaces that `camera` sees, at the sub-pixels of its picture of the volume.

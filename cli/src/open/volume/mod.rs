@@ -19,6 +19,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
+use resample_core::clock::StageClock;
 use resample_core::{Camera, Stop};
 use serde_json::json;
 use volsplat::{
@@ -247,14 +248,24 @@ fn drawn(
     progress: Progress,
     stop: &Stop,
 ) -> Result<Drawn> {
+    let clock = StageClock::start();
     let surfaces = meshes.surfaces(renderer, camera)?;
+    let of_meshes = clock.stop();
     let mut watch = watch("drawing", progress);
     let frame = renderer.render_among(camera, &surfaces, stop, &mut watch)?;
-    let account = Account {
+    let mut account = Account {
         keys: serde_json::to_value(&frame.stats)?,
         line: record::stage_line(&frame.stats),
         cost: cost(&frame.stats),
     };
+    if !meshes.is_empty() {
+        account.cost.wall_ms += of_meshes.wall_ms;
+        account.cost.cpu_ms += of_meshes.cpu_ms;
+        account.line += &format!("; meshes {:.1} ms", of_meshes.wall_ms);
+        if let Some(keys) = account.keys.as_object_mut() {
+            keys.insert("meshes".to_owned(), serde_json::to_value(of_meshes)?);
+        }
+    }
     Ok(Drawn {
         image: frame.image,
         account,
@@ -433,12 +444,10 @@ fn cameras(open: &mut OpenVolume) -> Result<Vec<Camera>> {
         let mut measure = |camera: &Camera| Ok(seen_points(camera, corners.iter().copied()));
         return plan.cameras(&request, (&extent, stance), &mut measure);
     }
-    let of_meshes = meshes.bounds_in_world().map(corners);
     fitted(renderer, &content.look.options, bounds, &mut |measure| {
         let mut measure = |camera: &Camera| {
             let volume = measure(camera)?;
-            let meshes = seen_points(camera, of_meshes.iter().flatten().copied());
-            Ok(Seen::both(volume, meshes))
+            Ok(Seen::both(volume, seen_points(camera, meshes.corners())))
         };
         plan.cameras(&request, (&extent, stance), &mut measure)
     })
