@@ -16,8 +16,10 @@ use resample_cli::open;
 use resample_cli::picture::bands::Window;
 use resample_cli::process::interrupt;
 use resample_cli::values::input_file::{Held, HeldPictures, HeldVolumes};
+use resample_cli::values::mesh_word::MeshWord;
 use resample_cli::view;
 use resample_core::simd::SimdLevel;
+use texmap::Loaded;
 
 use crate::picture::{self, Handed, handed};
 use crate::session::{Drawn, Session};
@@ -55,26 +57,53 @@ impl Viewer {
 /// A volume that is looked at together with another, and its look.
 type Beside<'py> = (Bound<'py, PyUntypedArray>, String);
 
+/// A mesh that stands in a volume, and its look.
+type Standing<'py> = (mesh::Arrays<'py>, String);
+
+/// Meshes of arrays that stand in a volume.
+fn standing(meshes: &[Standing<'_>]) -> PyResult<Vec<MeshWord>> {
+    let word = |(arrays, look): &Standing<'_>| {
+        let loaded = Loaded {
+            scene: mesh::scene(arrays)?,
+            notes: Vec::new(),
+        };
+        let word = MeshWord::of_memory(loaded.into(), look);
+        word.map_err(|error| PyValueError::new_err(format!("meshes: {error}")))
+    };
+    meshes.iter().map(word).collect()
+}
+
 #[pymethods]
 impl Scene {
-    /// The scene of files, under the command that draws them.
+    /// The scene of files, under the command that draws them; in a volume stand these meshes, too.
     #[staticmethod]
-    fn files(command: &str, names: Vec<OsString>, threads: Option<usize>) -> PyResult<Self> {
+    #[pyo3(signature = (command, names, threads, meshes = Vec::new()))]
+    fn files(
+        command: &str,
+        names: Vec<OsString>,
+        threads: Option<usize>,
+        meshes: Vec<Standing<'_>>,
+    ) -> PyResult<Self> {
         let application = words::application(command)?;
-        Self::new(application, names, None, threads)
+        let meshes = standing(&meshes)?;
+        let held = (!meshes.is_empty()).then_some(Held::Meshes(meshes));
+        Self::new(application, names, held, threads)
     }
 
     /// A volume of an array for each channel; `options` are those that change how they are taken over.
     #[staticmethod]
-    #[pyo3(signature = (channels, place, options, mask, also, threads))]
     fn volume(
         channels: Vec<Bound<'_, PyUntypedArray>>,
         place: &Bound<'_, PyAny>,
         options: &Bound<'_, PyDict>,
-        mask: Option<&Bound<'_, PyUntypedArray>>,
-        also: Vec<Beside<'_>>,
+        beside: (
+            Option<Bound<'_, PyUntypedArray>>,
+            Vec<Beside<'_>>,
+            Vec<Standing<'_>>,
+        ),
         threads: Option<usize>,
     ) -> PyResult<Self> {
+        let (mask, also, meshes) = beside;
         let named = words::named(Application::Volume, options)?;
         let inputs = |name: &str| vec![OsString::from(name)];
         let made = |array: &Bound<'_, PyUntypedArray>, name: &str| {
@@ -97,11 +126,12 @@ impl Scene {
         let held = HeldVolumes {
             volume,
             channels: channels.collect(),
-            mask: mask.map(|mask| made(mask, "mask")).transpose()?,
+            mask: mask.map(|mask| made(&mask, "mask")).transpose()?,
             also: also
                 .iter()
                 .map(|(array, look)| Ok((made(array, "also")?, look.clone())))
                 .collect::<PyResult<_>>()?,
+            meshes: standing(&meshes)?,
         };
         let held = Some(Held::Volumes(held.into()));
         Self::new(Application::Volume, inputs("array"), held, threads)

@@ -247,3 +247,25 @@ def test_channels(codes):
         fr.volsplat(codes, channel_axis=0)
     with pytest.raises(ValueError, match="from 0 to 2"):
         fr.volsplat(channels, channel_axis=0, channel="3:red")
+
+
+def test_meshes_stand_in_a_volume(codes, tmp_path):
+    nz, ny, nx = codes.shape
+    pane = ([[0, 0, 2 * nz], [nx, 0, 2 * nz], [nx, ny, 2 * nz], [0, ny, 2 * nz]], [[0, 1, 2], [0, 2, 3]])
+    view = {"orbit": (0, 0), "background": "black", **SIZE}
+    bare = fr.volsplat(codes, **view)
+    solid = fr.volsplat(codes, meshes=[(pane, "red")], **view)
+    assert solid[20, 24, 0] > 0.5 and solid[20, 24, 1] == 0.0
+    path = tmp_path / "pane.obj"
+    lines = [f"v {x} {y} {z}" for x, y, z in pane[0]] + ["f 1 2 3", "f 1 3 4"]
+    path.write_text("\n".join(lines) + "\n")
+    of_file = fr.volsplat(codes, mesh=[f"{path}:red"], **view)
+    assert np.allclose(solid, of_file, atol=1e-6)
+    np.save(tmp_path / "codes.npy", codes)
+    volume = fr.Volume(tmp_path / "codes.npy", meshes=[(pane, "red,0.25")])
+    veiled = volume.render(**view)
+    assert not np.array_equal(veiled, bare) and not np.array_equal(veiled, solid)
+    with pytest.raises(ValueError, match="meshes: .*expected #rrggbb"):
+        fr.volsplat(codes, meshes=[(pane, "rot")], **view)
+    with pytest.raises(TypeError, match="expected an array with faces"):
+        fr.volsplat(codes, meshes=[("pane", "red")], **view)

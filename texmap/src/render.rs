@@ -247,7 +247,8 @@ impl Renderer {
     }
 
     /// Draws the scene for a renderer that composites it inside its own picture from `camera`: the nearest surface at each of
-    /// `subpixels` x `subpixels` sub-pixels of a pixel. A pixel has four lines of samples at least, as pictures have by default.
+    /// `subpixels` x `subpixels` sub-pixels of a pixel. A pixel has four lines of samples at least, as pictures have by default; their
+    /// filter is as narrow as a sub-pixel.
     ///
     /// # Errors
     /// [`Error::Option`] if the camera is invalid, or too many sub-pixels are asked for.
@@ -275,33 +276,31 @@ impl Renderer {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn surface(&mut self, camera: &Camera, subpixels: u32) -> Result<Surface, Error> {
-        // At one a pixel the filter would reach beyond the pixel and blur edges: 40 dB from the mean over pixels, 49 at two.
-        let squares = if subpixels == 1 { 2 } else { 1 };
-        let per_side = subpixels * squares;
         let sides = [camera.width, camera.height];
         let too_many = || {
             Error::Option(format!(
                 "{subpixels} sub-pixels along a pixel's side are too many"
             ))
         };
-        let fine = sides.map(|side| side.checked_mul(per_side));
+        let fine = sides.map(|side| side.checked_mul(subpixels));
         let [Some(width), Some(height)] = fine else {
             return Err(too_many());
         };
         let fine = camera.resized(width, height).map_err(|_| too_many())?;
         let own = self.options.clone();
+        let samples = (PIXEL_SAMPLES / subpixels).max(1);
         let _kept = self.update(&RenderOptions {
             planes: vec![PlaneKind::Depth],
-            subpixels: (PIXEL_SAMPLES / per_side).max(1),
+            subpixels: samples,
             ..own.clone()
         })?;
-        let mut surface = Surface::unseen(sides.map(|side| (side * subpixels) as usize));
+        self.filter = PixelFilter::as_square(samples as usize);
         let size = [fine.width as usize, fine.height as usize];
+        let mut surface = Surface::unseen(size);
         let rows = (BAND_PX / size[0]).next_multiple_of(TILE_PX).max(TILE_PX);
         let drawn = (0..size[1]).step_by(rows).try_for_each(|first| {
             let band = [size[0], rows.min(size[1] - first)];
-            let picture = self.render_window(&fine, [0, first], band)?.image;
-            surface.lay(&picture, first / squares as usize, squares as usize);
+            surface.lay(&self.render_window(&fine, [0, first], band)?.image, first);
             Ok(())
         });
         let _kept = self.update(&own)?;

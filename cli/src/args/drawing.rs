@@ -118,7 +118,11 @@ impl Drawing {
     pub fn hold(&mut self, held: &Held) {
         match (self, held) {
             (Self::Volsplat(args), Held::Volumes(held)) => {
+                args.scene.meshes.extend(held.meshes.iter().cloned());
                 args.source = Source::Memory(held.clone());
+            }
+            (Self::Volsplat(args), Held::Meshes(held)) => {
+                args.scene.meshes.extend(held.iter().cloned());
             }
             (Self::Gaussians(args), Held::Gaussians(held)) => {
                 args.source = Source::Memory(held.clone());

@@ -13,8 +13,8 @@ use clap::{Args, Parser, Subcommand};
 use resample_core::Projection;
 
 pub use crate::args::volume::{
-    BlendArgs, ChannelArgs, ClipArgs, ComponentLook, LookWords, MeshWord, OrderName, RayBlend,
-    ReadingArgs, RenderArgs, SceneArgs, TransferArgs, VolumeArgs, VolumeLook,
+    BlendArgs, ChannelArgs, ClipArgs, ComponentLook, LookWords, OrderName, RayBlend, ReadingArgs,
+    RenderArgs, SceneArgs, TransferArgs, VolumeArgs, VolumeLook,
 };
 
 use crate::values::input_file::{HeldVolumes, InputFile, Source};

@@ -15,6 +15,8 @@ use volsplat::input::{ImageAxes, ImageChannel};
 use volsplat::{Gaussians, Volume};
 use warp3d::input::clouds::PointCloudFile;
 
+use crate::values::mesh_word::MeshWord;
+
 /// A file, and perhaps a part of it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InputFile {
@@ -98,6 +100,8 @@ pub struct HeldVolumes {
     pub mask: Option<Arc<Volume>>,
     /// Further volumes on the same grid, each with its look as `--also` takes it.
     pub also: Vec<(Arc<Volume>, String)>,
+    /// Meshes that stand in it.
+    pub meshes: Vec<MeshWord>,
 }
 
 impl HeldVolumes {
@@ -136,6 +140,8 @@ pub struct HeldPictures(pub Vec<HeldPicture>);
 pub enum Held {
     /// Of `volsplat`.
     Volumes(Arc<HeldVolumes>),
+    /// Meshes that stand in the volume of a file, of `volsplat`.
+    Meshes(Vec<MeshWord>),
     /// Of `gaussians`.
     Gaussians(Arc<Gaussians>),
     /// Of `texmap`.

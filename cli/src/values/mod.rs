@@ -4,6 +4,7 @@
 //! `args.rs`, so that clap can name the option in front of the sentence.
 
 pub mod input_file;
+pub mod mesh_word;
 
 use std::path::PathBuf;
 

@@ -36,6 +36,7 @@ mod points;
 mod saved_camera;
 mod scenes;
 mod sequences;
+mod standing_meshes;
 mod stored;
 mod texmap;
 mod texmap_formats;

@@ -121,6 +121,13 @@ def texmap(
     return mesh.render(camera, progress=progress)
 
 
+def arrays_of(mesh: Any) -> dict[str, Any]:
+    """The arrays of ``(vertices, faces)``, or of a mesh of trimesh or Open3D."""
+    parts = (*mesh, None, None, None, None) if isinstance(mesh, tuple) else _parts(mesh)
+    vertices, faces, uv, texture, normals, colours = parts
+    return {**_arrays(vertices, faces, uv, normals, colours), **_texture(texture)}
+
+
 def _arrays(vertices: Any, faces: Any, uv: Any, normals: Any, colours: Any) -> dict[str, Any]:
     places = table(vertices, "vertices", 3, np.float64)
     corners = as_array(faces, "faces")

@@ -37,14 +37,17 @@ class Film:
 @final
 class Scene:
     @staticmethod
-    def files(command: str, names: Sequence[_Path], threads: Optional[int]) -> Scene: ...
+    def files(
+        command: str, names: Sequence[_Path], threads: Optional[int], meshes: Sequence[tuple[Mapping[str, Any], str]] = ...
+    ) -> Scene: ...
     @staticmethod
     def volume(
         channels: Sequence[npt.NDArray[Any]],
         place: Mapping[str, Any],
         options: Mapping[str, Any],
-        mask: Optional[npt.NDArray[Any]],
-        also: Sequence[tuple[npt.NDArray[Any], str]],
+        beside: tuple[
+            Optional[npt.NDArray[Any]], Sequence[tuple[npt.NDArray[Any], str]], Sequence[tuple[Mapping[str, Any], str]]
+        ],
         threads: Optional[int],
     ) -> Scene: ...
     @staticmethod

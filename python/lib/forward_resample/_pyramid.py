@@ -373,7 +373,7 @@ class _Tile:
             "near": self.camera["near"],
             "projection": "orthographic" if self.view.is_parallel else "perspective",
         }
-        scene = _native.Scene.volume([block], place, {}, None, [], self.pyramid._threads)
+        scene = _native.Scene.volume([block], place, {}, (None, [], []), self.pyramid._threads)
         scene.prepare({**self.options, "camera": camera, "crop_voxels": np.concatenate(ends).tolist()})
         return scene.draw_window(0, (0, right - left), (0, bottom - top))[0]
 

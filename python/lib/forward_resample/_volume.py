@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from . import _native
 from ._arrays import as_array, scalars
+from ._mesh import arrays_of
 from ._picture import Picture
 from ._scene import Progress, Scene
 from ._transfer import is_known, transfer_options
@@ -62,6 +63,8 @@ class Volume(Scene):
             colours or those of ``channel=["0:green:100,900", "1:magenta"]``, which also chooses among them.
         mask: an array of the same shape; voxels where it is 0 are hidden.
         also: further arrays of the same shape, each with its look: ``[(array, "green")]``.
+        meshes: meshes that stand in the volume, in its world, each with its colour and opacity: ``[(mesh, "red,0.5")]``; ``""`` keeps its own
+            colours. A mesh is ``(vertices, faces)``, or one of trimesh or Open3D. Files are given as ``mesh=["stent.stl:red"]``.
         threads: how many draw; all processors if not given. The pictures do not depend on it.
         options: any other option of ``resample volsplat``, for all pictures.
 
@@ -100,12 +103,14 @@ class Volume(Scene):
         channel_axis: Optional[int] = None,
         mask: Any = None,
         also: Any = (),
+        meshes: Any = (),
         threads: Optional[int] = None,
         **options: Unpack[VolumeCall],
     ):
         self._options = {}
         given = {**options, **({} if transfer is None else {"transfer": transfer})}
         self._options = self._given(given)
+        standing = [(arrays_of(mesh), str(look)) for mesh, look in meshes]
         if isinstance(data, (str, os.PathLike)):
             if direction is not None:
                 raise ValueError("direction: a file has its own")
@@ -115,7 +120,7 @@ class Volume(Scene):
             self._options.update({name: value for name, value in placed.items() if value is not None})
             if also:
                 self._options["also"] = also
-            self._native = _native.Scene.files("volsplat", [os.fspath(data)], threads)
+            self._native = _native.Scene.files("volsplat", [os.fspath(data)], threads, standing)
             # Misspelt options are refused here as those of arrays are.
             _native.check("volsplat", ["file"], self._options)
             return
@@ -132,7 +137,7 @@ class Volume(Scene):
         masked = None if mask is None else _voxels(mask, "mask")
         beside = [(_voxels(array, "also"), str(look)) for array, look in also]
         arrays = [channel.array for channel in channels]
-        self._native = _native.Scene.volume(arrays, held.place(), taken, masked, beside, threads)
+        self._native = _native.Scene.volume(arrays, held.place(), taken, (masked, beside, standing), threads)
 
     def _given(self, given: Any) -> dict[str, Any]:
         own = super()._given(given)
@@ -174,6 +179,7 @@ def volsplat(
     camera: Any = None,
     size: Optional[tuple[int, int]] = None,
     *,
+    meshes: Any = (),
     progress: Progress = None,
     **options: Unpack[VolumeOptions],
 ) -> Picture:
@@ -191,7 +197,7 @@ def volsplat(
     call: dict[str, Any] = {**options}
     if size is not None:
         call["size"] = size
-    return Volume(array, spacing, origin, direction, transfer, **call).render(camera, progress=progress)
+    return Volume(array, spacing, origin, direction, transfer, meshes=meshes, **call).render(camera, progress=progress)
 
 
 def _vector(value: npt.ArrayLike, name: str) -> npt.NDArray[np.float64]:

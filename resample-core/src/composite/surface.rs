@@ -43,7 +43,7 @@ impl Surface {
     /// image.rgba[3] = [0.5, 0.0, 0.0, 1.0];
     /// image.depth = Some(vec![7.0; 800]);
     /// let mut surface = Surface::unseen([40, 20]);
-    /// surface.lay(&image, 0, 1);
+    /// surface.lay(&image, 0);
     /// assert!(surface.tile([0, 0]).is_some_and(|tile| tile.depth[0][3] == 7.0));
     /// assert!(surface.tile([1, 0]).is_none());
     /// ```
@@ -73,18 +73,16 @@ impl Surface {
         self.tiles.iter().all(Option::is_none)
     }
 
-    /// Lays pixels of a picture with depth from row `first` on: the mean of each square of `side` x `side` of them is a pixel of the
-    /// surface. What lies beyond the surface is left out.
-    pub fn lay(&mut self, picture: &Image, first: usize, side: usize) {
+    /// Lays a picture with depth from row `first` on. What lies beyond the surface is left out.
+    pub fn lay(&mut self, picture: &Image, first: usize) {
         let Some(depth) = &picture.depth else {
             return;
         };
-        let side = side.max(1);
         let columns = self.width.div_ceil(TILE_PX);
-        let rows = (picture.height / side).min(self.height.saturating_sub(first));
-        for row in 0..rows {
-            for x in 0..(picture.width / side).min(self.width) {
-                let (rgba, z) = mean(picture, depth, [x * side, row * side], side);
+        for row in 0..picture.height.min(self.height.saturating_sub(first)) {
+            for x in 0..picture.width.min(self.width) {
+                let at = row * picture.width + x;
+                let (rgba, z) = (picture.rgba[at], depth[at]);
                 if !(rgba[3] > 0.0 && z.is_finite()) {
                     continue;
                 }
@@ -106,55 +104,22 @@ impl Surface {
     }
 }
 
-/// The mean colour of a square of pixels, and their depth by the weight of their alpha.
-fn mean(picture: &Image, depth: &[f32], [x, y]: [usize; 2], side: usize) -> ([f32; 4], f32) {
-    if side == 1 {
-        let at = y * picture.width + x;
-        return (picture.rgba[at], depth[at]);
-    }
-    let (mut sum, mut sum_z) = ([0.0f32; 4], 0.0f64);
-    for row in y..y + side {
-        let first = row * picture.width + x;
-        let pixels = picture.rgba[first..].iter().zip(&depth[first..]);
-        for (rgba, z) in pixels.take(side) {
-            if !(rgba[3] > 0.0 && z.is_finite()) {
-                continue;
-            }
-            for (sum, value) in sum.iter_mut().zip(rgba) {
-                *sum += value;
-            }
-            sum_z += f64::from(rgba[3]) * f64::from(*z);
-        }
-    }
-    let z = sum_z / f64::from(sum[3]);
-    let share = 1.0 / (side * side) as f32;
-    (sum.map(|value| share * value), z as f32)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn squares_of_pixels_become_their_mean() {
-        let mut picture = Image::transparent(4, 2);
-        picture.depth = Some(vec![f32::INFINITY; 8]);
-        for (at, alpha, z) in [(0, 1.0, 2.0), (5, 0.5, 8.0)] {
-            picture.rgba[at] = [alpha, 0.0, 0.5 * alpha, alpha];
-            if let Some(depth) = &mut picture.depth {
-                depth[at] = z;
-            }
-        }
+    fn a_picture_lies_where_it_is_laid_and_fades() {
+        let mut picture = Image::transparent(2, 2);
+        picture.rgba[3] = [0.5, 0.0, 0.25, 0.5];
+        picture.depth = Some(vec![3.0; 4]);
         let mut surface = Surface::unseen([2, 20]);
-        surface.lay(&picture, 17, 2);
+        surface.lay(&picture, 16);
         assert!(surface.tile([0, 0]).is_none());
-        let tile = surface.tile([0, 1]).expect("row 17");
-        assert_eq!(tile.rgba[1][0], [0.375, 0.0, 0.1875, 0.375]);
-        assert_eq!(tile.depth[1][0], 4.0);
-        assert_eq!(tile.depth[1][1], f32::INFINITY);
         surface.fade(0.75);
         let tile = surface.tile([0, 1]).expect("row 17");
-        assert_eq!(tile.rgba[1][0], [0.09375, 0.0, 0.046875, 0.09375]);
+        assert_eq!(tile.rgba[1][1], [0.125, 0.0, 0.0625, 0.125]);
+        assert_eq!((tile.depth[1][1], tile.depth[1][0]), (3.0, f32::INFINITY));
     }
 
     #[test]
@@ -163,11 +128,11 @@ mod tests {
         picture.rgba.fill([1.0; 4]);
         picture.depth = Some(vec![1.0; 32]);
         let mut surface = Surface::unseen([5, 3]);
-        surface.lay(&picture, 2, 1);
+        surface.lay(&picture, 2);
         let tile = surface.tile([0, 0]).expect("row 2");
         let seen = tile.depth.as_flattened().iter().filter(|z| z.is_finite());
         assert_eq!(seen.count(), 5);
-        surface.lay(&picture, 9, 1);
+        surface.lay(&picture, 9);
         assert!(surface.tile([1, 0]).is_none() && surface.tile([0, 1]).is_none());
     }
 }

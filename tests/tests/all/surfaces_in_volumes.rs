@@ -192,7 +192,7 @@ fn slope(camera: &Camera, subpixels: u32, [first, slope]: [f64; 2], rgba: [f32; 
     let depth = |at: usize| (first + slope * (at % width) as f64) as f32;
     image.depth = Some((0..width * height).map(depth).collect());
     let mut surface = Surface::unseen([width, height]);
-    surface.lay(&image, 0, 1);
+    surface.lay(&image, 0);
     surface
 }
 

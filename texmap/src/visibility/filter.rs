@@ -65,6 +65,16 @@ pub(crate) struct WindowRow {
 impl PixelFilter {
     /// The lattice with `n` sub-pixels along a pixel's side, or a single one in the middle.
     pub(crate) fn new(n: usize) -> Self {
+        Self::of_width(n, PIXEL_SIGMA_PX)
+    }
+
+    /// As narrow as the mean over a pixel's square, whose standard deviation this is.
+    pub(crate) fn as_square(n: usize) -> Self {
+        Self::of_width(n, 1.0 / 12f64.sqrt())
+    }
+
+    /// With a Gaussian of this standard deviation, px.
+    fn of_width(n: usize, sigma_px: f64) -> Self {
         let per_pixel = if n > 1 { n * n + 1 } else { 1 };
         let place = |k: usize| (k as f64 + 0.5) / per_pixel as f64;
         let offset = |row: usize| place(row * n % per_pixel);
@@ -76,12 +86,7 @@ impl PixelFilter {
             let columns: Vec<(usize, f64)> = (0..2 * BORDER_PX + 1)
                 .map(|column| (column, column as f64 + offset(row % per_pixel) - centre))
                 .filter(|(_, x)| x * x + y * y <= REACH_PX * REACH_PX)
-                .map(|(column, x)| {
-                    (
-                        column,
-                        (-0.5 * (x * x + y * y) / PIXEL_SIGMA_PX.powi(2)).exp(),
-                    )
-                })
+                .map(|(column, x)| (column, (-0.5 * (x * x + y * y) / sigma_px.powi(2)).exp()))
                 .collect();
             sum += columns.iter().map(|(_, weight)| weight).sum::<f64>();
             if let Some(&(column, _)) = columns.first() {

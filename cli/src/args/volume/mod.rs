@@ -23,6 +23,7 @@ pub use crate::args::volume::channels::{ChannelArgs, ComponentLook, LookWords, V
 use crate::args::short_help;
 use crate::values;
 use crate::values::Window;
+use crate::values::mesh_word::MeshWord;
 
 /// How the volume file is read.
 #[derive(Args, Clone, Debug, Default)]
@@ -105,58 +106,8 @@ pub struct SceneArgs {
     ///
     /// An implant, an electrode, an outline: glTF, OBJ, STL or PLY. COLOUR paints it: red, #ff8000 or R,G,B; without it the mesh
     /// keeps its own colours. OPACITY is 0 to 1: skull.ply:white,0.3. Of a translucent mesh the nearest side is seen.
-    #[arg(long = "mesh", value_name = "FILE[:COLOUR[,OPACITY]]", value_parser = mesh_word)]
+    #[arg(long = "mesh", value_name = "FILE[:COLOUR[,OPACITY]]", value_parser = MeshWord::of_file)]
     pub meshes: Vec<MeshWord>,
-}
-
-/// A mesh that stands in a volume, and how it is painted.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MeshWord {
-    /// The file.
-    pub path: PathBuf,
-    /// Linear; `None` for its own colours.
-    pub colour: Option<[f32; 3]>,
-    /// Above 0, at most 1.
-    pub opacity: f32,
-}
-
-/// Reads `FILE`, `FILE:COLOUR`, `FILE:COLOUR,OPACITY` or `FILE:,OPACITY`.
-fn mesh_word(text: &str) -> Result<MeshWord, String> {
-    let whole = MeshWord {
-        path: PathBuf::from(text),
-        colour: None,
-        opacity: 1.0,
-    };
-    // Colons in names of files, as in C:\, come before a separator of folders.
-    let Some((path, look)) = text.rsplit_once(':').filter(|(path, look)| {
-        !path.is_empty() && !look.contains(['/', '\\']) && !whole.path.exists()
-    }) else {
-        return Ok(whole);
-    };
-    let (colour, opacity) = match values::colour(look) {
-        Ok(colour) => (Some(colour), 1.0),
-        Err(expected) => {
-            let expected =
-                || format!("{look}: {expected}, then perhaps a comma and an opacity from 0 to 1");
-            let (colour, opacity) = look.rsplit_once(',').ok_or_else(expected)?;
-            let colour = match colour {
-                "" => None,
-                colour => Some(values::colour(colour).map_err(|_| expected())?),
-            };
-            let opacity = opacity.parse().map_err(|_| expected())?;
-            (colour, opacity)
-        }
-    };
-    if !(opacity > 0.0 && opacity <= 1.0) {
-        return Err(format!(
-            "the opacity is {opacity}, expected above 0 and at most 1"
-        ));
-    }
-    Ok(MeshWord {
-        path: PathBuf::from(path),
-        colour,
-        opacity,
-    })
 }
 
 /// How values become colour and opacity.

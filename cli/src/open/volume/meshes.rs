@@ -11,9 +11,9 @@ use texmap::scene::{AlphaMode, Lighting, Sides};
 use texmap::{LoadOptions, Loaded, Shade};
 use volsplat::{Light, Order, RenderOptions, Renderer};
 
-use crate::args::MeshWord;
 use crate::open::mesh::corners;
 use crate::process::report;
+use crate::values::mesh_word::MeshWord;
 
 /// The meshes of a picture, in the order in which they were typed.
 pub(crate) struct Meshes {
@@ -117,12 +117,16 @@ impl Meshes {
 
 impl StandingMesh {
     fn read(word: &MeshWord, render: &RenderOptions, gate: &Gate) -> Result<Self> {
-        let load = LoadOptions {
-            gate: gate.clone(),
-            ..LoadOptions::default()
+        let Loaded { mut scene, notes } = match &word.held {
+            Some(held) => held.as_ref().clone(),
+            None => {
+                let load = LoadOptions {
+                    gate: gate.clone(),
+                    ..LoadOptions::default()
+                };
+                texmap::load(&word.path, &load).context("--mesh")?
+            }
         };
-        let Loaded { mut scene, notes } = texmap::load(&word.path, &load)
-            .with_context(|| format!("--mesh {}: no mesh can be read", word.path.display()))?;
         report::say_notes(&notes);
         if let Some(colour) = word.colour {
             paint(&mut scene, colour);

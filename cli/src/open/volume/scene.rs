@@ -235,10 +235,11 @@ fn counted(volume: &Volume) -> Vec<(i64, usize)> {
 /// The files that are read beside the volume, the transfer function and the cameras.
 pub(crate) fn inputs(args: &SceneArgs) -> impl Iterator<Item = &Path> {
     let also = args.channels.also.iter();
+    let files_of_meshes = args.meshes.iter().filter(|mesh| mesh.held.is_none());
     args.mask
         .iter()
         .chain(&args.label_colours)
-        .chain(args.meshes.iter().map(|mesh| &mesh.path))
+        .chain(files_of_meshes.map(|mesh| &mesh.path))
         .map(PathBuf::as_path)
         .chain(also.map(|also| also.file.path.as_path()))
 }

@@ -1,0 +1,158 @@
+//! Meshes that stand in a volume: `--mesh FILE[:COLOUR[,OPACITY]]`.
+
+use std::fs;
+
+use super::{BALL, Bench, assert_good, stderr};
+
+/// A rod through the ball, from before it to behind it: a box from the volume's left to its right, 32 voxels wide.
+const ROD: &str = "v -8 14 14\nv 40 14 14\nv 40 18 14\nv -8 18 14\nv -8 14 18\nv 40 14 18\nv 40 18 18\nv -8 18 18\n\
+    f 1 2 3 4\nf 5 8 7 6\nf 1 5 6 2\nf 4 3 7 8\nf 1 4 8 5\nf 2 6 7 3\n";
+
+/// A square before the ball.
+const PANE: &str = "v 0 0 40\nv 31 0 40\nv 31 31 40\nv 0 31 40\nf 1 2 3 4\n";
+
+const FRONT: &str = "--orbit 0,0 --size 64x64 --background black";
+
+fn bench() -> Bench {
+    let bench = Bench::new();
+    bench.write("rod.obj", ROD.as_bytes());
+    bench.write("pane.obj", PANE.as_bytes());
+    bench
+}
+
+fn picture(bench: &Bench, words: &str) -> image::RgbImage {
+    let command = format!("volsplat ball.raw {BALL} {FRONT} -o out/a.png {words}");
+    assert_good(&bench.run(&command));
+    image::open(bench.path("out/a.png"))
+        .expect("a picture")
+        .to_rgb8()
+}
+
+#[test]
+fn a_rod_stands_out_on_both_sides_and_lies_behind_the_ball() {
+    let bench = bench();
+    let window = "--window 128,10";
+    let with = picture(&bench, &format!("{window} --mesh rod.obj:#ff0000"));
+    let is_red = |image: &image::RgbImage, x: u32| {
+        let [r, g, b] = image.get_pixel(x, 32).0;
+        r > 100 && g < 20 && b < 20
+    };
+    // The view holds the whole rod; the ball, opaque from the value 133 on, hides its middle.
+    assert!(
+        is_red(&with, 8) && is_red(&with, 55),
+        "both ends of the rod"
+    );
+    assert!(!is_red(&with, 32), "the ball hides the middle");
+    assert!(
+        !is_red(&with, 1) && !is_red(&with, 62),
+        "the view holds the rod"
+    );
+    let clipped = picture(
+        &bench,
+        &format!("{window} --clip-plane 0,0,-1,-14 --mesh rod.obj:red"),
+    );
+    assert!(
+        is_red(&clipped, 32),
+        "a clip of the volume bares the middle"
+    );
+    let green = picture(&bench, &format!("{window} --mesh rod.obj:0,255,0"));
+    let [r, g, _] = green.get_pixel(8, 32).0;
+    assert!(g > 100 && r < 20);
+    // The light from above leaves the side of the rod with ambient light.
+    let lit = picture(
+        &bench,
+        &format!("{window} --light 0,1,0 --mesh rod.obj:red"),
+    );
+    assert!(lit.get_pixel(8, 32).0[0] < with.get_pixel(8, 32).0[0] - 20);
+}
+
+#[test]
+fn a_translucent_pane_mixes_with_the_volume_behind_it() {
+    let bench = bench();
+    let window = "--window 128,10 --shade none --colormap greys --camera out/view.json";
+    let view = format!("volsplat ball.raw {BALL} {FRONT} -o out/a.png --save-camera out/view.json");
+    assert_good(&bench.run(&view));
+    let bench = &bench;
+    let at = |words: &str| {
+        let words = format!("volsplat ball.raw {BALL} -o out/a.exr {window} {words}");
+        assert_good(&bench.run(&words));
+        let picture = resample_io::rendered::read(&bench.path("out/a.exr")).expect("a picture");
+        picture.pixel(32, 32)
+    };
+    let bare = at("");
+    let solid = at("--mesh pane.obj:#ff0000");
+    let veiled = at("--mesh pane.obj:#ff0000,0.25");
+    for channel in 0..3 {
+        let expected = 0.75 * bare[channel] + 0.25 * solid[channel];
+        assert!(
+            (veiled[channel] - expected).abs() < 2e-3,
+            "{veiled:?}: {bare:?} {solid:?}"
+        );
+    }
+    // In any order.
+    let two = [
+        "--mesh pane.obj:red,0.5 --mesh rod.obj:blue",
+        "--mesh rod.obj:blue --mesh pane.obj:red,0.5",
+    ];
+    assert_eq!(at(two[0]), at(two[1]));
+}
+
+#[test]
+fn tiles_and_threads_give_the_bytes_of_the_whole_picture() {
+    let bench = bench();
+    let words = format!(
+        "volsplat ball.raw {BALL} --mesh rod.obj:red --mesh pane.obj:blue,0.3 --size 70x50"
+    );
+    assert_good(&bench.run(&format!("{words} -o out/whole.exr --threads 1")));
+    assert_good(&bench.run(&format!("{words} -o out/two.exr --threads 2")));
+    let read = |name: &str| fs::read(bench.path(name)).expect("written");
+    assert!(read("out/whole.exr") == read("out/two.exr"));
+    for tile in ["0,0", "1,0", "2,0", "0,1", "1,1", "2,1"] {
+        assert_good(&bench.run(&format!("{words} -o out/t.exr --tile {tile}/3x2")));
+    }
+    let tiles = (0..6).map(|at| format!("out/t.tile-{}-{}.exr", at % 3, at / 3));
+    let tiles = tiles.collect::<Vec<_>>().join(" ");
+    assert_good(&bench.run(&format!("join {tiles} -o out/joined.exr")));
+    assert!(read("out/whole.exr") == read("out/joined.exr"));
+}
+
+#[test]
+fn statistics_name_the_meshes_and_their_time() {
+    let bench = bench();
+    picture(&bench, "--mesh rod.obj:red,0.5 --stats out/a.json");
+    let stats = fs::read_to_string(bench.path("out/a.json")).expect("written");
+    let stats: serde_json::Value = serde_json::from_str(&stats).expect("JSON");
+    let mesh = &stats["settings"]["scene"]["meshes"][0];
+    assert_eq!(mesh["file"], "rod.obj");
+    assert_eq!(mesh["opacity"], 0.5);
+    let text = stats.to_string();
+    assert!(text.contains("\"meshes\":{\"cpu_ms\""), "{text}");
+}
+
+#[test]
+fn meshes_that_cannot_stand_are_refused() {
+    let bench = bench();
+    bench.write("none.obj", b"");
+    for (words, why) in [
+        ("--mesh gone.stl:red", "gone.stl"),
+        ("--mesh none.obj", "none.obj"),
+        (
+            "--mesh rod.obj:rot",
+            "expected #rrggbb, R,G,B from 0 to 255, or one of white",
+        ),
+        (
+            "--mesh rod.obj:red,2",
+            "the opacity is 2, expected above 0 and at most 1",
+        ),
+        (
+            "--mesh rod.obj --order every-sample",
+            "--mesh goes with the field alone",
+        ),
+    ] {
+        let output = bench.run(&format!("volsplat ball.raw {BALL} -o out/a.png {words}"));
+        assert!(!output.status.success(), "{words}");
+        let said = stderr(&output);
+        assert!(said.contains(why), "{words}: {said}");
+        assert!(!bench.path("out/a.png").exists(), "{words}");
+    }
+}
