@@ -93,6 +93,8 @@ class VolumeOptions(FramedOptions, total=False):
     label_colours: Value
     #: Draw this channel of the file, by its number from 0 on or its name, such as GFP:green:200,4000:gamma=0.8:opacity=1
     channel: Any
+    #: Mesh that stands in the volume, in the volume's world coordinates; may be given several times
+    mesh: Any
     #: The step of a volume over time that decides look and view, counted from 0; all: the values of all of them
     look_of: Value
     #: Order of compositing [default: field; an option that only one order has selects that order, and a single slice is drawn by every-sample]

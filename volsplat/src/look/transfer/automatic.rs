@@ -289,6 +289,9 @@ pub(crate) fn opacities(histogram: &Histogram) -> Vec<OpacityKnot> {
         }];
     };
     let begin = classes.background_end().clamp(low, high);
+    if let Some(between) = mean_below_filling(histogram, begin) {
+        return shells([begin, between, high]);
+    }
     let middle = classes.object_mean.clamp(begin, high);
     let mut knots = vec![
         OpacityKnot {
@@ -308,6 +311,39 @@ pub(crate) fn opacities(histogram: &Histogram) -> Vec<OpacityKnot> {
         });
     }
     knots
+}
+
+/// Share of all voxels from which on the greatest value is what fills the space, and not what stands in it. A guess, as is the next:
+/// a cut-off jet has 0.28 and 0.035; saturated vessels of a scan have 0.002.
+const FILLING_SHARE: f64 = 0.2;
+
+/// Least share of all voxels between the background and what fills the space: below, there is nothing else to show.
+const BETWEEN_SHARE: f64 = 0.02;
+
+/// The mean of the values between the background and the greatest one, where that fills the space, as cut-off values of a simulation
+/// do: what it hides lies between. `None` elsewhere.
+fn mean_below_filling(histogram: &Histogram, begin: f64) -> Option<f64> {
+    let counts = histogram.counts();
+    let (low, high) = histogram.range();
+    let (filling, below) = counts.split_last()?;
+    let total: f64 = counts.iter().map(|&count| count as f64).sum();
+    let place = (begin - low) / (high - low) * below.len() as f64;
+    let first = (place.ceil() as usize).min(below.len());
+    let between: f64 = below[first..].iter().map(|&count| count as f64).sum();
+    if (*filling as f64) < FILLING_SHARE * total || between < BETWEEN_SHARE * total {
+        return None;
+    }
+    let (mean, _) = moments(&below[first..])?;
+    let place = (first as f64 + mean) / below.len() as f64;
+    Some(low * (1.0 - place) + high * place)
+}
+
+/// Opacity that rises from the first value to the second and falls to nothing at the third.
+fn shells([begin, middle, end]: [f64; 3]) -> Vec<OpacityKnot> {
+    let knots = [(begin, 0.0), (middle, OBJECT_OPACITY), (end, 0.0)];
+    knots
+        .map(|(value, opacity)| OpacityKnot { value, opacity })
+        .to_vec()
 }
 
 /// The scalar at which the background is over; the least scalar where there is no background.
@@ -586,6 +622,23 @@ mod tests {
         let function = automatic(Voxels::I16(values));
         assert_eq!(function.opacity(-500.0), 0.0);
         assert!(function.opacity(400.0) > 0.4);
+    }
+
+    #[test]
+    fn the_greatest_value_is_left_out_where_it_fills_the_space() {
+        let jet = |share_of_top: usize| {
+            let value = move |i: usize| match i % 100 {
+                n if n < share_of_top => 1000.0,
+                n if n < share_of_top + 10 => (300 + 40 * (n - share_of_top)) as f32,
+                _ => 0.0,
+            };
+            automatic(Voxels::F32((0..27_000).map(value).collect()))
+        };
+        let filled = jet(30);
+        assert_eq!(filled.opacity(1000.0), 0.0);
+        assert!(filled.opacity(560.0) > 0.4 && filled.opacity(0.0) == 0.0);
+        // Cut off, too, but an object in empty space.
+        assert!(jet(10).opacity(1000.0) > 0.85);
     }
 
     #[test]
