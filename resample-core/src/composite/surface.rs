@@ -68,9 +68,29 @@ impl Surface {
         tile.as_deref().filter(|_| column < columns)
     }
 
-    /// Returns true if it is seen nowhere.
-    pub fn is_unseen(&self) -> bool {
-        self.tiles.iter().all(Option::is_none)
+    /// The surfaces that are seen in a tile, front to back at each pixel: the first holds the nearest of all, and so on.
+    pub fn sorted(surfaces: &[Self], tile: [usize; 2]) -> Vec<SurfaceTile> {
+        let seen = surfaces.iter().filter_map(|surface| surface.tile(tile));
+        let mut layers: Vec<SurfaceTile> = seen.cloned().collect();
+        for end in 1..layers.len() {
+            for far in (1..=end).rev() {
+                let (before, after) = layers.split_at_mut(far);
+                let (Some(near), Some(far)) = (before.last_mut(), after.first_mut()) else {
+                    continue;
+                };
+                let depths = near.depth.as_flattened_mut().iter_mut();
+                let depths = depths.zip(far.depth.as_flattened_mut());
+                let colours = near.rgba.as_flattened_mut().iter_mut();
+                let colours = colours.zip(far.rgba.as_flattened_mut());
+                for ((near_z, far_z), (near, far)) in depths.zip(colours) {
+                    if *far_z < *near_z {
+                        std::mem::swap(near_z, far_z);
+                        std::mem::swap(near, far);
+                    }
+                }
+            }
+        }
+        layers
     }
 
     /// Lays a picture with depth from row `first` on. What lies beyond the surface is left out.
@@ -120,6 +140,38 @@ mod tests {
         let tile = surface.tile([0, 1]).expect("row 17");
         assert_eq!(tile.rgba[1][1], [0.125, 0.0, 0.0625, 0.125]);
         assert_eq!((tile.depth[1][1], tile.depth[1][0]), (3.0, f32::INFINITY));
+    }
+
+    #[test]
+    fn surfaces_are_sorted_at_every_pixel() {
+        let surface = |depths: [f32; 3]| {
+            let mut picture = Image::transparent(3, 1);
+            for (rgba, z) in picture.rgba.iter_mut().zip(depths) {
+                *rgba = [z, 0.0, 0.0, if z.is_finite() { 1.0 } else { 0.0 }];
+            }
+            picture.depth = Some(depths.to_vec());
+            let mut surface = Surface::unseen([3, 1]);
+            surface.lay(&picture, 0);
+            surface
+        };
+        let none = f32::INFINITY;
+        let three = [
+            surface([3.0, 1.0, none]),
+            surface([1.0, 2.0, 5.0]),
+            surface([2.0, none, 4.0]),
+        ];
+        let sorted = Surface::sorted(&three, [0, 0]);
+        for (layer, depths) in
+            sorted
+                .iter()
+                .zip([[1.0, 1.0, 4.0], [2.0, 2.0, 5.0], [3.0, none, none]])
+        {
+            assert_eq!(layer.depth[0][..3], depths);
+            for (rgba, z) in layer.rgba[0].iter().zip(depths) {
+                assert_eq!(rgba[0], if z.is_finite() { z } else { 0.0 });
+            }
+        }
+        assert!(Surface::sorted(&three, [1, 0]).is_empty());
     }
 
     #[test]

@@ -12,9 +12,9 @@ use std::ops::Range;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f32x16, mask32x16};
-use resample_core::Surface;
 use resample_core::maps::TilePlane;
 use resample_core::tile::TILE_PX;
+use resample_core::{Surface, SurfaceTile};
 
 use crate::slabs::settings::SheetSettings;
 use crate::slabs::view::{BLOCK_PX, HalfRow, LANES, PlaneView};
@@ -29,19 +29,10 @@ pub(crate) struct Surfaces<'a> {
     pub(crate) length: f64,
 }
 
-/// A surface at each sub-pixel of a tile.
-#[derive(Clone, Debug)]
-pub(crate) struct Layer {
-    /// Camera z, relative to the anchor's; infinite where there is no surface.
-    pub(crate) z: TilePlane,
-    /// Linear and premultiplied.
-    pub(crate) rgba: [[[f32; 4]; TILE_PX]; TILE_PX],
-}
-
-/// The surfaces of a tile, front to back at each sub-pixel.
+/// The surfaces of a tile, front to back at each sub-pixel: their depths are camera z, relative to the anchor's.
 #[derive(Clone, Debug)]
 pub(crate) struct TileSurfaces {
-    layers: Vec<Layer>,
+    layers: Vec<SurfaceTile>,
 }
 
 /// The parts of a tile's rays between two surfaces: camera z, relative to the anchor's. No part where the near end is infinite.
@@ -67,54 +58,31 @@ impl Surfaces<'_> {
         tile: [usize; 2],
     ) -> Option<TileSurfaces> {
         let origin = self.depth_origin / self.length + settings.anchor.camera_z;
-        let seen = self.all.iter().filter_map(|surface| surface.tile(tile));
-        let mut layers: Vec<Layer> = seen
-            .map(|tile| Layer {
-                z: tile
-                    .depth
-                    .map(|row| row.map(|z| (f64::from(z) / self.length - origin) as f32)),
-                rgba: tile.rgba,
-            })
-            .collect();
-        sort(&mut layers);
-        (!layers.is_empty()).then_some(TileSurfaces { layers })
-    }
-}
-
-/// Sorts the layers by depth, at each sub-pixel by itself.
-fn sort(layers: &mut [Layer]) {
-    for end in 1..layers.len() {
-        for number in (1..=end).rev() {
-            let (before, after) = layers.split_at_mut(number);
-            let (Some(near), Some(far)) = (before.last_mut(), after.first_mut()) else {
-                continue;
-            };
-            for y in 0..TILE_PX {
-                for x in 0..TILE_PX {
-                    if far.z[y][x] < near.z[y][x] {
-                        std::mem::swap(&mut far.z[y][x], &mut near.z[y][x]);
-                        std::mem::swap(&mut far.rgba[y][x], &mut near.rgba[y][x]);
-                    }
-                }
-            }
+        let mut layers = Surface::sorted(self.all, tile);
+        for z in layers
+            .iter_mut()
+            .flat_map(|layer| layer.depth.as_flattened_mut())
+        {
+            *z = (f64::from(*z) / self.length - origin) as f32;
         }
+        (!layers.is_empty()).then_some(TileSurfaces { layers })
     }
 }
 
 impl TileSurfaces {
     /// The first surface at each sub-pixel, the second, and so on.
-    pub(crate) fn layers(&self) -> &[Layer] {
+    pub(crate) fn layers(&self) -> &[SurfaceTile] {
         &self.layers
     }
 
     /// The parts of rays before the surface of this number, behind the one before it.
     pub(crate) fn spans(&self, number: usize) -> Spans {
         let near = match number.checked_sub(1) {
-            Some(before) => self.layers[before].z,
+            Some(before) => self.layers[before].depth,
             None => [[f32::NEG_INFINITY; TILE_PX]; TILE_PX],
         };
         let far = match self.layers.get(number) {
-            Some(layer) => layer.z,
+            Some(layer) => layer.depth,
             None => [[f32::INFINITY; TILE_PX]; TILE_PX],
         };
         Spans { near, far }
@@ -131,7 +99,7 @@ impl TileSurfaces {
                 .far
                 .as_flattened_mut()
                 .iter_mut()
-                .zip(layer.z.as_flattened())
+                .zip(layer.depth.as_flattened())
                 .zip(layer.rgba.as_flattened())
             {
                 if rgba[3] > 0.5 {

@@ -6,6 +6,7 @@
 
 use std::hint::black_box;
 
+use resample_core::SurfaceTile;
 use resample_core::composite::{TileCounts, TilePixels};
 use resample_core::dispatch;
 
@@ -13,7 +14,7 @@ use crate::bricks::cells::{CELL_ROWS, CellBrick, Gradients, Scalars, VERTEX_SIDE
 use crate::field::batch;
 use crate::field::batch::statistic;
 use crate::field::settings::{AnchoredRays, FieldSettings, PlacedBrick, Rule, TileContext};
-use crate::field::surfaces::{Layer, Place, Spans, TileSurfaces};
+use crate::field::surfaces::{Place, Spans, TileSurfaces};
 use crate::field::walk::constant_walk::add_uniform;
 use crate::field::walk::scratch::{FieldScratch, Pixels, Window};
 use crate::field::walk::{isosurface, segments};
@@ -52,9 +53,7 @@ pub(crate) fn render_tile<'a>(
         if state == TileState::Opaque {
             break;
         }
-        scratch
-            .pixels
-            .add_layer(&settings.sheets, &layer.z, &layer.rgba);
+        scratch.pixels.add_layer(&settings.sheets, layer);
         if hides_all(layer, settings, scratch) {
             break;
         }
@@ -72,7 +71,7 @@ fn add_under_light(surfaces: &TileSurfaces, settings: &FieldSettings, pixels: &m
         }
     }
     for layer in surfaces.layers() {
-        pixels.add_layer(&settings.sheets, &layer.z, &layer.rgba);
+        pixels.add_layer(&settings.sheets, layer);
         let colours = layer.rgba.as_flattened();
         for (left, [.., alpha]) in left.as_flattened_mut().iter_mut().zip(colours) {
             *left *= (1.0 - alpha).max(0.0);
@@ -82,9 +81,9 @@ fn add_under_light(surfaces: &TileSurfaces, settings: &FieldSettings, pixels: &m
 }
 
 /// Returns true if nothing is seen through a layer of surfaces, at any pixel that has one.
-fn hides_all(layer: &Layer, settings: &FieldSettings, scratch: &FieldScratch) -> bool {
+fn hides_all(layer: &SurfaceTile, settings: &FieldSettings, scratch: &FieldScratch) -> bool {
     let left = scratch.pixels.transmittance.as_flattened().iter();
-    let mut at = layer.z.as_flattened().iter().zip(left);
+    let mut at = layer.depth.as_flattened().iter().zip(left);
     at.all(|(z, left)| z.is_infinite() || !(*left >= settings.sheets.min_transmittance))
 }
 

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x4, f32x8, f32x16, mask32x8};
+use resample_core::SurfaceTile;
 use resample_core::composite::{DepthRule, TilePixels};
 use resample_core::maps::TilePlane;
 use resample_core::tile::{TILE_AREA, TILE_PX};
@@ -104,28 +105,24 @@ impl Pixels {
         }
     }
 
-    /// Composites a colour at each pixel, linear and premultiplied, behind those before it; `z` is its camera z relative to the anchor's.
-    pub(crate) fn add_layer(
-        &mut self,
-        settings: &SheetSettings,
-        z: &TilePlane,
-        rgba: &[[[f32; 4]; TILE_PX]; TILE_PX],
-    ) {
+    /// Composites a surface behind what the pixels hold; its depths are camera z, relative to the anchor's.
+    pub(crate) fn add_layer(&mut self, settings: &SheetSettings, layer: &SurfaceTile) {
         let with_depth = settings.depth == DepthRule::Expected;
         let anchor_z = settings.anchor.camera_z as f32;
         for y in 0..TILE_PX {
             for x in 0..TILE_PX {
-                let [.., alpha] = rgba[y][x];
+                let rgba = layer.rgba[y][x];
+                let alpha = rgba[3];
                 if alpha <= 0.0 {
                     continue;
                 }
                 let before = self.transmittance[y][x];
                 self.transmittance[y][x] = before * (1.0 - alpha).max(0.0);
-                for (sum, value) in self.rgb[y][x].iter_mut().zip(rgba[y][x]).take(3) {
+                for (sum, value) in self.rgb[y][x].iter_mut().zip(rgba).take(3) {
                     *sum += before * value;
                 }
                 if with_depth {
-                    self.depth[y][x] += before * alpha * (z[y][x] + anchor_z);
+                    self.depth[y][x] += before * alpha * (layer.depth[y][x] + anchor_z);
                 }
             }
         }

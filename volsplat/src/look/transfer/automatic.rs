@@ -290,7 +290,11 @@ pub(crate) fn opacities(histogram: &Histogram) -> Vec<OpacityKnot> {
     };
     let begin = classes.background_end().clamp(low, high);
     if let Some(between) = mean_below_filling(histogram, begin) {
-        return shells([begin, between, high]);
+        // What fills the space is left out, and what lies between is seen as shells.
+        let knots = [(begin, 0.0), (between, OBJECT_OPACITY), (high, 0.0)];
+        return knots
+            .map(|(value, opacity)| OpacityKnot { value, opacity })
+            .to_vec();
     }
     let middle = classes.object_mean.clamp(begin, high);
     let mut knots = vec![
@@ -336,14 +340,6 @@ fn mean_below_filling(histogram: &Histogram, begin: f64) -> Option<f64> {
     let (mean, _) = moments(&below[first..])?;
     let place = (first as f64 + mean) / below.len() as f64;
     Some(low * (1.0 - place) + high * place)
-}
-
-/// Opacity that rises from the first value to the second and falls to nothing at the third.
-fn shells([begin, middle, end]: [f64; 3]) -> Vec<OpacityKnot> {
-    let knots = [(begin, 0.0), (middle, OBJECT_OPACITY), (end, 0.0)];
-    knots
-        .map(|(value, opacity)| OpacityKnot { value, opacity })
-        .to_vec()
 }
 
 /// The scalar at which the background is over; the least scalar where there is no background.
