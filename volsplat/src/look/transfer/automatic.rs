@@ -332,7 +332,7 @@ fn mean_below_filling(histogram: &Histogram, begin: f64) -> Option<f64> {
     let (filling, below) = counts.split_last()?;
     let total: f64 = counts.iter().map(|&count| count as f64).sum();
     let place = (begin - low) / (high - low) * below.len() as f64;
-    let first = (place.ceil() as usize).min(below.len());
+    let first = (place.floor() as usize + 1).min(below.len());
     let between: f64 = below[first..].iter().map(|&count| count as f64).sum();
     if (*filling as f64) < FILLING_SHARE * total || between < BETWEEN_SHARE * total {
         return None;
