@@ -9,7 +9,8 @@ const MOST_ADDRESS = 60000;
 
 const past = [];
 const future = [];
-let rememberedAt = 0;
+// When the last small step was made, ms; long ago where another change came after it.
+let steppedAt = -Infinity;
 
 const snapshot = () => JSON.stringify(Object.fromEntries(OWN.map((name) => [name, state[name]])));
 
@@ -19,14 +20,15 @@ function remember() {
   if (past.at(-1) !== now) past.push(now);
   if (past.length > 200) past.shift();
   future.length = 0;
-  rememberedAt = performance.now();
+  steppedAt = -Infinity;
   refreshButtons();
 }
 
 // As remember, for changes that come in many small steps.
 function rememberSteps() {
-  if (performance.now() - rememberedAt > ONE_CHANGE_MS) remember();
-  rememberedAt = performance.now();
+  const now = performance.now();
+  if (now - steppedAt > ONE_CHANGE_MS) remember();
+  steppedAt = now;
 }
 
 function step(from, to) {
