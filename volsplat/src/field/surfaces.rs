@@ -13,6 +13,7 @@ use std::ops::Range;
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x8, f32x16, mask32x16};
 use resample_core::maps::TilePlane;
+use resample_core::narrow::single;
 use resample_core::tile::TILE_PX;
 use resample_core::{Surface, SurfaceTile};
 
@@ -63,7 +64,7 @@ impl Surfaces<'_> {
             .iter_mut()
             .flat_map(|layer| layer.depth.as_flattened_mut())
         {
-            *z = (f64::from(*z) / self.length - origin) as f32;
+            *z = single(f64::from(*z) / self.length - origin);
         }
         (!layers.is_empty()).then_some(TileSurfaces { layers })
     }
@@ -179,7 +180,7 @@ impl Spans {
 /// Least and greatest camera z, relative to the anchor's, of the slabs of planes first..end, and of one more at either end for what
 /// lies between planes.
 fn reach(settings: &SheetSettings, [first, end]: [u32; 2]) -> [f32; 2] {
-    let z = |plane: f64| (plane * settings.thickness - settings.anchor.camera_z) as f32;
+    let z = |plane: f64| single(plane * settings.thickness - settings.anchor.camera_z);
     [z(f64::from(first) - 1.0), z(f64::from(end) + 1.0)]
 }
 

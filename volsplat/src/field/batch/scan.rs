@@ -8,6 +8,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16, mask32x16, u8x64, u32x16};
 use fearless_simd_macros::simd;
 use resample_core::composite::DepthRule;
+use resample_core::narrow::single;
 use resample_core::tile::TILE_PX;
 
 use super::planes::{Ends, open_blocks, planes_inside, positions};
@@ -164,7 +165,7 @@ impl<S: Simd> Scan<'_, S> {
             inside &= unmasked(simd, self.job, cell, share);
         }
         if let Some(spans) = self.job.spans {
-            let thickness = self.job.settings.sheets.thickness as f32;
+            let thickness = single(self.job.settings.sheets.thickness);
             let part = spans.part_of_slab(simd, thickness, plane, [x, y]);
             // What is not composited has no parts: it is in or out.
             let least = f32x16::splat(simd, if R::HIDES { 0.0 } else { 0.5 });

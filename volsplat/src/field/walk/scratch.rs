@@ -7,6 +7,7 @@ use fearless_simd::{f32x4, f32x8, f32x16, mask32x8};
 use resample_core::SurfaceTile;
 use resample_core::composite::{DepthRule, TilePixels};
 use resample_core::maps::TilePlane;
+use resample_core::narrow::single;
 use resample_core::tile::{TILE_AREA, TILE_PX};
 
 use crate::field::settings::{FieldSettings, PlacedBrick, RayValues, at_start};
@@ -108,7 +109,7 @@ impl Pixels {
     /// Composites a surface behind what the pixels hold; its depths are camera z, relative to the anchor's.
     pub(crate) fn add_layer(&mut self, settings: &SheetSettings, layer: &SurfaceTile) {
         let with_depth = settings.depth == DepthRule::Expected;
-        let anchor_z = settings.anchor.camera_z as f32;
+        let anchor_z = single(settings.anchor.camera_z);
         for y in 0..TILE_PX {
             for x in 0..TILE_PX {
                 let rgba = layer.rgba[y][x];
