@@ -442,10 +442,8 @@ impl Pipeline {
 }
 
 fn surfaces_refused() -> Error {
-    Error::Option(
-        "surfaces stand in the field only: leave out the surfaces, or the options of samples"
-            .into(),
-    )
+    let why = "surfaces stand in the field only: leave out the surfaces, or the options of samples";
+    Error::Option(why.into())
 }
 
 /// The camera with its image plane moved along the view by this camera z; the near plane stays where it is.

@@ -96,16 +96,14 @@ impl TileSurfaces {
             far: [[f32::INFINITY; TILE_PX]; TILE_PX],
         };
         for layer in self.layers.iter().rev() {
-            for ((far, z), rgba) in spans
-                .far
-                .as_flattened_mut()
-                .iter_mut()
-                .zip(layer.depth.as_flattened())
-                .zip(layer.rgba.as_flattened())
-            {
-                if rgba[3] > 0.5 {
-                    *far = *z;
-                }
+            let ends = spans.far.as_flattened_mut().iter_mut();
+            let surface = layer
+                .depth
+                .as_flattened()
+                .iter()
+                .zip(layer.rgba.as_flattened());
+            for (far, (z, rgba)) in ends.zip(surface) {
+                *far = if rgba[3] > 0.5 { *z } else { *far };
             }
         }
         spans
@@ -123,10 +121,8 @@ impl Spans {
         let [low, high] = reach(settings, planes);
         let (mut is_outside, mut is_inside) = (true, true);
         for row in rows {
-            let ends = self.near[row][columns.clone()]
-                .iter()
-                .zip(&self.far[row][columns.clone()]);
-            for (&near, &far) in ends {
+            for column in columns.clone() {
+                let (near, far) = (self.near[row][column], self.far[row][column]);
                 is_outside &= high <= near || low >= far;
                 is_inside &= near <= low && high <= far;
             }
