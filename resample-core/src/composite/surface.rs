@@ -1,4 +1,4 @@
-//! Surfaces that one renderer draws and another composites inside what it draws itself.
+//! Surfaces: one renderer draws them, and another composites them in its own picture, by depth.
 //!
 //! A surface has no thickness: one depth and one colour at each pixel. Tiles in which it is not seen take no memory.
 
@@ -6,7 +6,7 @@ use crate::Image;
 use crate::composite::maps::TilePlane;
 use crate::tile::TILE_PX;
 
-/// A surface before a camera: at each pixel, or at each sub-pixel of a picture, the depth and the colour of what is nearest.
+/// A depth map with colours: each pixel, or each sub-pixel of a picture, holds the depth and the colour of the nearest surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     width: usize,
@@ -34,7 +34,7 @@ impl Default for SurfaceTile {
 }
 
 impl Surface {
-    /// A surface of so many pixels that is seen nowhere.
+    /// A surface of this width and height, px, that no pixel sees.
     ///
     /// ```
     /// use resample_core::{Image, Surface};
@@ -115,7 +115,7 @@ impl Surface {
         }
     }
 
-    /// Lets this share of what is behind it through, beside what it lets through already: 0 for none, 1 for all.
+    /// Multiplies colour and alpha by `1 - transmittance`; the transmittance is 0 to 1.
     pub fn fade(&mut self, transmittance: f32) {
         let pixels = self.tiles.iter_mut().flatten();
         for value in pixels.flat_map(|tile| tile.rgba.as_flattened_mut().as_flattened_mut()) {

@@ -202,7 +202,7 @@ impl<'a> AreaTruth<'a> {
         sum
     }
 
-    /// Adds the part of a ray between two depths behind what it shows.
+    /// Marches along a ray between two depths, and composites the samples behind `shown`.
     fn march(&self, ray: &Ray, [near, far]: [f64; 2], shown: &mut [f64; 4]) {
         let last = DVec3::from(self.volume.dims.map(|n| (n - 1) as f64));
         // Kernels reach beyond the voxels at the faces.

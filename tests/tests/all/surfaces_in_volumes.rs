@@ -259,21 +259,26 @@ fn blended(blend: Blend) -> RenderOptions {
     }
 }
 
-#[test]
-fn a_maximum_is_that_of_the_samples_before_the_surface() {
+/// A volume whose values rise away from the eye, from 0 to 23 a voxel, its camera, and camera z of its front.
+fn rising() -> (Volume, Camera, f64) {
     let side = 24;
     let values = (0..side * side * side)
         .map(|at| (at / (side * side)) as f32)
         .collect();
     let volume = Volume::new([side; 3], Voxels::F32(values), DAffine3::IDENTITY).expect("valid");
+    let middle = DVec3::splat(0.5 * (side - 1) as f64);
+    let camera = orthographic(middle - 60.0 * DVec3::Z, middle, 12.0, [64, 64]);
+    let front = 60.0 - middle.z;
+    (volume, camera, front)
+}
+
+#[test]
+fn a_maximum_is_that_of_the_samples_before_the_surface() {
+    let (volume, camera, front) = rising();
     let look = transfer(
         &[(0.0, [0.0; 3]), (23.0, [1.0; 3])],
         &[(0.0, 1.0), (23.0, 1.0)],
     );
-    let middle = DVec3::splat(0.5 * (side - 1) as f64);
-    // The values rise away from the eye: the deeper a ray reaches, the brighter it is.
-    let camera = orthographic(middle - 60.0 * DVec3::Z, middle, 12.0, [64, 64]);
-    let front = 60.0 - middle.z;
     let options = blended(Blend::Maximum);
     let slab_voxels = FieldOptions::default().slab_voxels;
     let mut renderer = Renderer::new(&volume, &look, &options).expect("valid");
@@ -300,14 +305,7 @@ fn a_maximum_is_that_of_the_samples_before_the_surface() {
 
 #[test]
 fn an_isosurface_and_shells_end_at_surfaces() {
-    let side = 24;
-    let values = (0..side * side * side)
-        .map(|at| (at / (side * side)) as f32)
-        .collect();
-    let volume = Volume::new([side; 3], Voxels::F32(values), DAffine3::IDENTITY).expect("valid");
-    let middle = DVec3::splat(0.5 * (side - 1) as f64);
-    let camera = orthographic(middle - 60.0 * DVec3::Z, middle, 12.0, [64, 64]);
-    let front = 60.0 - middle.z;
+    let (volume, camera, front) = rising();
     let plain = transfer(
         &[(0.0, [0.0, 1.0, 0.0]), (23.0, [0.0, 1.0, 0.0])],
         &[(0.0, 1.0), (23.0, 1.0)],

@@ -52,7 +52,7 @@ pub(crate) enum Place {
 }
 
 impl Surfaces<'_> {
-    /// Returns the surfaces in a tile; `None` where there are none.
+    /// Returns the surfaces in a tile, sorted; `None` if no pixel of it sees one.
     pub(crate) fn of_tile(
         &self,
         settings: &SheetSettings,
@@ -89,7 +89,7 @@ impl TileSurfaces {
         Spans { near, far }
     }
 
-    /// The parts of rays before the first surface that hides more than it shows, for what is drawn without order.
+    /// The parts of rays before the first surface of more than half alpha, for statistics of rays.
     pub(crate) fn unhidden(&self) -> Spans {
         let mut spans = Spans {
             near: [[f32::NEG_INFINITY; TILE_PX]; TILE_PX],

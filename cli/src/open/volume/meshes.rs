@@ -38,7 +38,7 @@ impl Meshes {
         })
     }
 
-    /// Returns true if there are none.
+    /// Returns true if the volume has no meshes.
     pub(crate) fn is_empty(&self) -> bool {
         self.all.is_empty()
     }

@@ -167,7 +167,7 @@ impl<S: Simd> Scan<'_, S> {
         if let Some(spans) = self.job.spans {
             let thickness = single(self.job.settings.sheets.thickness);
             let part = spans.part_of_slab(simd, thickness, plane, [x, y]);
-            // What is not composited has no parts: it is in or out.
+            // A statistic takes samples whole: those whose plane lies in the span.
             let least = f32x16::splat(simd, if R::HIDES { 0.0 } else { 0.5 });
             inside &= part.simd_gt(least);
             let first = scratch.samples.len();

@@ -106,7 +106,7 @@ impl Pixels {
         }
     }
 
-    /// Composites a surface behind what the pixels hold; its depths are camera z, relative to the anchor's.
+    /// Composites a surface behind the samples so far; its depths are camera z minus the anchor's.
     pub(crate) fn add_layer(&mut self, settings: &SheetSettings, layer: &SurfaceTile) {
         let with_depth = settings.depth == DepthRule::Expected;
         let anchor_z = single(settings.anchor.camera_z);

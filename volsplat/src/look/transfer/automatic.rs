@@ -324,8 +324,8 @@ const FILLING_SHARE: f64 = 0.2;
 /// Least share of all voxels between the background and what fills the space: below, there is nothing else to show.
 const BETWEEN_SHARE: f64 = 0.02;
 
-/// The mean of the values between the background and the greatest one, where that fills the space, as cut-off values of a simulation
-/// do: what it hides lies between. `None` elsewhere.
+/// The mean of the values between the background and the greatest value, if the greatest value fills the space. A simulation's cut-off values
+/// do, and hide all other values. `None` otherwise.
 fn mean_below_filling(histogram: &Histogram, begin: f64) -> Option<f64> {
     let counts = histogram.counts();
     let (low, high) = histogram.range();
