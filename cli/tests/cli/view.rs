@@ -500,6 +500,16 @@ fn a_probe_finds_surfaces_labels_and_channels() {
         let found = probed(&bench, &format!("ball.raw {BALL} {words}"), [0.5, 0.5]);
         assert_eq!(found, Value::Null, "{words}: the corner is empty");
     }
+    // A mesh before the ball is found first, and one behind it is not.
+    for (z, is_nearer) in [(40, true), (-40, false)] {
+        let pane = format!("v -4 -4 {z}\nv 35 -4 {z}\nv 35 35 {z}\nv -4 35 {z}\nf 1 2 3 4\n");
+        bench.write("pane.obj", pane.as_bytes());
+        let words = format!("ball.raw {BALL} --mesh pane.obj:red,0.2 --orbit 0,0 --up y");
+        let found = probed(&bench, &words, [48.5, 40.5]);
+        let world_z = found["world"][2].as_f64().expect("a place");
+        assert_eq!((world_z - 40.0).abs() < 1e-3, is_nearer, "{found}");
+        assert_eq!(found["voxel"].is_null(), is_nearer, "{found}");
+    }
 }
 
 #[test]
