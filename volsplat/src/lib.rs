@@ -54,11 +54,11 @@ pub use large::LargeVolume;
 pub use look::clip::{Clip, ClipPlane};
 pub use look::options::{
     Blend, Cells, Classify, ColourBy, DepthPlane, FieldOptions, Interpolate, Isosurface,
-    KernelSheets, Light, Occlusion, Order, RenderOptions, SampleOptions, SampleOrder, Shading,
-    Shadow, Subpixels,
+    KernelSheets, Light, Occlusion, Order, RenderOptions, SampleOptions, SampleOrder, Shadow,
+    Subpixels,
 };
 pub use look::scene::{Channel, Look, Scene};
-pub use look::transfer::{ColourEncoding, ColourMap, TransferFunction};
+pub use look::transfer::{ColourEncoding, ColourMap, Shading, TransferFunction};
 pub use look::{clip, options, scene, transfer};
 pub use paper::samples::sample::Samples;
 pub use render::{Frame, Renderer};

@@ -10,7 +10,7 @@ use resample_volume::volume::{Volume, VoxelType, Voxels, scalar, with_voxels};
 use crate::Error;
 use crate::look::options::{Blend, Order, RenderOptions};
 use crate::look::scene::{Channel, Look, Scene};
-use crate::look::transfer::{ColourKnot, OpacityKnot, TransferFunction};
+use crate::look::transfer::TransferFunction;
 
 /// Scalars this many times their range away from 0 are counted from their range: nearer ones lose two bits of 24.
 const FAR: f64 = 4.0;
@@ -98,18 +98,7 @@ impl Narrowing {
 
     /// A transfer function of scalars that are drawn.
     pub(crate) fn transfer(&self, transfer: &TransferFunction) -> TransferFunction {
-        let colour = |knot: &ColourKnot| ColourKnot {
-            value: self.value(knot.value),
-            ..*knot
-        };
-        let opacity = |knot: &OpacityKnot| OpacityKnot {
-            value: self.value(knot.value),
-            ..*knot
-        };
-        TransferFunction {
-            colours: transfer.colours.iter().map(colour).collect(),
-            opacities: transfer.opacities.iter().map(opacity).collect(),
-        }
+        transfer.of_mapped(|value| self.value(value))
     }
 
     /// Options of scalars that are drawn.

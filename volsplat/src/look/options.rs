@@ -7,6 +7,7 @@
 use glam::DVec3;
 use resample_core::simd::SimdLevel;
 use resample_core::{OpacityMode, SelectMode};
+pub use resample_volume::transfer::Shading;
 
 use crate::Error;
 use crate::look::clip::Clip;
@@ -255,23 +256,6 @@ impl Default for FieldOptions {
             blend: Blend::Emission,
         }
     }
-}
-
-/// How samples are lit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "kebab-case")
-)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-pub enum Shading {
-    /// Not at all: the colours of the transfer function
-    None,
-    /// Ambient and diffuse light, by the gradient
-    Lambert,
-    /// With a white highlight
-    Phong,
 }
 
 /// Where the light of shading comes from.

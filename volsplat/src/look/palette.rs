@@ -11,7 +11,7 @@ use resample_volume::labels::{LabelTable, MAX_LABELS};
 use resample_volume::volume::{Volume, scalar, with_voxels};
 
 use crate::Error;
-use crate::look::transfer::function::strength_of;
+use crate::look::transfer::strength_of;
 
 /// The labels of a volume that are drawn.
 #[derive(Clone, Debug)]

@@ -15,7 +15,7 @@ use resample_volume::volume::{Volume, VoxelType, Voxels, scalar, with_voxels};
 
 use crate::Error;
 use crate::look::transfer::TransferFunction;
-use crate::look::transfer::function::{classified, strength_of};
+use crate::look::transfer::{classified, strength_of};
 
 /// The values that a transfer function shows: a table where the type has few.
 pub(crate) enum VisibleValues<'a> {

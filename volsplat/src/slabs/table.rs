@@ -16,7 +16,7 @@ use fearless_simd::{f32x8, f32x16, i32x8, i32x16, mask32x16};
 use resample_core::OpacityMode;
 
 use crate::look::transfer::TransferFunction;
-use crate::look::transfer::function::classified;
+use crate::look::transfer::classified;
 
 /// Lanes of a vector: half a row of a tile. A brick covers about half the lanes of a whole row, and a gather into a
 /// whole row would come back from memory in pieces that a wider load has to wait for.

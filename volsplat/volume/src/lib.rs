@@ -1,4 +1,4 @@
-//! Volumes and Gaussians in memory, labels, and the files they come from. Volumes: DICOM, NIfTI, NRRD, MetaImage, MGH, VTK, Zarr,
+//! Volumes and Gaussians in memory, transfer functions, labels, and the files they come from. Volumes: DICOM, NIfTI, NRRD, MetaImage, MGH, VTK, Zarr,
 //! TIFF, pictures, `.npy` and raw numbers. Three-dimensional Gaussians: PLY (INRIA's, and PlayCanvas' compressed one), `.splat`,
 //! SPZ, SOG and glTF.
 //!
@@ -24,6 +24,7 @@
 pub mod input;
 pub mod volume;
 pub mod gaussians;
+pub mod transfer;
 pub mod labels;
 #[cfg(feature = "input")]
 mod label_files;
@@ -38,6 +39,7 @@ pub use gaussians::{GaussianFormat, GaussianLoadOptions, is_gaussians};
 pub use input::{LoadOptions, RawOptions, load, load_components};
 pub use labels::{LabelLook, LabelTable};
 pub use source::{Region, VoxelSource, Watch};
+pub use transfer::{ColourEncoding, ColourMap, Shading, TransferFunction};
 pub use volume::{
     Described, Endian, Histogram, Lattice, Modality, NanPolicy, Volume, VoxelType, Voxels,
     procedural,

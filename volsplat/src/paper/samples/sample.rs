@@ -15,7 +15,7 @@ use crate::grid::{BRICK_SIDE, Bounds, brick_corners, pack_place, place};
 use crate::look::clip::{Clip, GridClip};
 use crate::look::scene::Scene;
 use crate::look::transfer::TransferFunction;
-use crate::look::transfer::function::classified;
+use crate::look::transfer::classified;
 
 /// The visible voxels of a volume.
 #[derive(Clone, Debug)]

@@ -18,11 +18,11 @@ use std::str::FromStr;
 use resample_volume::volume::{Described, VoxelType};
 
 use crate::look::options::{Blend, Shading};
-use crate::look::transfer::automatic::background_end;
-use crate::look::transfer::presets::table::{Entry, PRESETS};
+use crate::look::presets::table::{Entry, PRESETS};
 use crate::look::transfer::{
     ColourKnot, ColourMap, DataKind, Histogram, OpacityKnot, TransferFunction,
 };
+use resample_volume::transfer::background_end;
 
 pub use table::PresetScale;
 
@@ -97,10 +97,7 @@ impl Preset {
             value: value(knot),
             opacity,
         });
-        TransferFunction {
-            colours: colours.collect(),
-            opacities: opacities.collect(),
-        }
+        TransferFunction::of_checked(colours.collect(), opacities.collect())
     }
 
     /// Why the values of a volume do not look like what the preset is written in; `None` if they do.
@@ -182,10 +179,7 @@ fn field(histogram: &Histogram) -> TransferFunction {
     let automatic = TransferFunction::automatic(histogram, ColourMap::default());
     let low = background_end(histogram);
     let high = histogram.value_with_above(BEYOND_MAP, low).max(low);
-    TransferFunction {
-        colours: ColourMap::default().knots(low, high),
-        ..automatic
-    }
+    automatic.coloured(ColourMap::default(), low, high)
 }
 
 #[cfg(test)]
@@ -194,10 +188,21 @@ mod tests {
     use resample_volume::volume::{Volume, Voxels};
 
     use super::*;
-    use crate::look::transfer::presets::table::PRESETS;
+    use crate::look::presets::table::PRESETS;
 
     fn volume(voxels: Voxels) -> Volume {
         Volume::new([voxels.len(), 1, 1], voxels, DAffine3::IDENTITY).expect("valid")
+    }
+
+    #[test]
+    fn air_is_clear_and_one_value_is_not_lit() {
+        let ct = Histogram::of_volume(&volume(Voxels::I16((-1000..2000).collect())));
+        let look = DefaultLook::of(DataKind::Hounsfield, &ct);
+        assert_eq!(look.shading, Shading::Phong);
+        assert_eq!(look.function.opacity(-1000.0), 0.0, "air is clear");
+        let one = Histogram::of_volume(&volume(Voxels::U8(vec![7; 64])));
+        let look = DefaultLook::of(DataKind::Field, &one);
+        assert_eq!(look.shading, Shading::None, "one value has no surface");
     }
 
     #[test]

@@ -6,8 +6,8 @@
 
 use resample_core::Image;
 
-use crate::TransferFunction;
 use crate::transfer::Histogram;
+use crate::transfer::TransferFunction;
 
 /// Size of the picture, px.
 const SIZE: [usize; 2] = [800, 300];

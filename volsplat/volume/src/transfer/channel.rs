@@ -7,8 +7,8 @@
 use resample_core::image::linear_from_srgb;
 
 use crate::Error;
-use crate::look::transfer::automatic::background_end;
-use crate::look::transfer::{ColourKnot, ColourMap, Histogram, OpacityKnot, TransferFunction};
+use crate::transfer::automatic::background_end;
+use crate::transfer::{ColourKnot, ColourMap, Histogram, OpacityKnot, TransferFunction};
 
 /// How a channel is shown.
 #[derive(Clone, Debug)]
@@ -94,15 +94,15 @@ impl ChannelStyle {
     /// [`Error::Option`] for a window that does not ascend, a gamma that is not above 0, and an opacity outside 0 to 1.
     ///
     /// ```
-    /// use volsplat::transfer::ChannelStyle;
-    /// use volsplat::{Described, Volume, Voxels};
+    /// use resample_volume::transfer::ChannelStyle;
+    /// use resample_volume::{Described, Volume, Voxels};
     ///
     /// let voxels = Voxels::U8((0..=255).collect());
     /// let volume = Volume::new([16, 16, 1], voxels, glam::DAffine3::IDENTITY)?;
     /// let style = ChannelStyle { window: Some([10.0, 100.0]), ..ChannelStyle::new([0.0, 1.0, 0.0], 1.0) };
     /// let function = style.transfer(&volume.histogram())?;
     /// assert_eq!([function.opacity(10.0), function.opacity(100.0)], [0.0, 1.0]);
-    /// # Ok::<(), volsplat::Error>(())
+    /// # Ok::<(), resample_volume::Error>(())
     /// ```
     pub fn transfer(&self, histogram: &Histogram) -> Result<TransferFunction, Error> {
         let [low, high] = self.window_of(histogram);
@@ -176,7 +176,7 @@ fn light_of_code(code: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use resample_volume::volume::Voxels;
+    use crate::volume::Voxels;
 
     use super::*;
 

@@ -6,8 +6,8 @@
 //! Opacity is meant per unit of length; 1 is allowed, and the renderer bounds the extinction that follows from it.
 //! Readers and makers of transfer functions are in the other files of this folder; all of them end in knots.
 
+use crate::volume::histogram::share_of;
 use resample_core::OpacityMode;
-use resample_volume::volume::histogram::share_of;
 
 use crate::Error;
 
@@ -59,8 +59,8 @@ impl TransferFunction {
     /// colours, opacities outside 0..=1.
     ///
     /// ```
-    /// use volsplat::TransferFunction;
-    /// use volsplat::transfer::{ColourKnot, OpacityKnot};
+    /// use resample_volume::TransferFunction;
+    /// use resample_volume::transfer::{ColourKnot, OpacityKnot};
     ///
     /// let black = ColourKnot { value: 0.0, rgb: [0.0; 3] };
     /// let white = ColourKnot { value: 100.0, rgb: [1.0; 3] };
@@ -69,7 +69,7 @@ impl TransferFunction {
     /// let function = TransferFunction::new(vec![black, white], vec![clear, opaque])?;
     /// assert_eq!(function.opacity(40.0), 0.5);
     /// assert_eq!(function.colour(50.0), [0.5; 3]);
-    /// # Ok::<(), volsplat::Error>(())
+    /// # Ok::<(), resample_volume::Error>(())
     /// ```
     pub fn new(colours: Vec<ColourKnot>, opacities: Vec<OpacityKnot>) -> Result<Self, Error> {
         check_ascending("colour", colours.iter().map(|knot| knot.value))?;
@@ -95,6 +95,12 @@ impl TransferFunction {
             )));
         }
         Ok(Self { colours, opacities })
+    }
+
+    /// A function of knots that the caller has checked: at least one of each, as [`TransferFunction::new`] expects them, but values may
+    /// be equal, as those of a preset are in a volume of one value.
+    pub fn of_checked(colours: Vec<ColourKnot>, opacities: Vec<OpacityKnot>) -> Self {
+        Self { colours, opacities }
     }
 
     /// Linear RGB and opacity at a scalar; a NaN scalar gives the first knots.
@@ -135,8 +141,8 @@ impl TransferFunction {
     /// An end is infinite where the opacity stays above 0 beyond the last knot.
     ///
     /// ```
-    /// use volsplat::TransferFunction;
-    /// use volsplat::transfer::{ColourKnot, OpacityKnot};
+    /// use resample_volume::TransferFunction;
+    /// use resample_volume::transfer::{ColourKnot, OpacityKnot};
     ///
     /// let black = ColourKnot { value: 0.0, rgb: [0.0; 3] };
     /// let white = ColourKnot { value: 100.0, rgb: [1.0; 3] };
@@ -144,7 +150,7 @@ impl TransferFunction {
     /// let opaque = OpacityKnot { value: 60.0, opacity: 1.0 };
     /// let function = TransferFunction::new(vec![black, white], vec![clear, opaque])?;
     /// assert_eq!(function.visible_range(), Some((20.0, f64::INFINITY)));
-    /// # Ok::<(), volsplat::Error>(())
+    /// # Ok::<(), resample_volume::Error>(())
     /// ```
     pub fn visible_range(&self) -> Option<(f64, f64)> {
         let knots = &self.opacities;
@@ -165,8 +171,8 @@ impl TransferFunction {
     /// returned unchanged, as it is for a range that is not finite and ascending.
     ///
     /// ```
-    /// use volsplat::TransferFunction;
-    /// use volsplat::transfer::{ColourKnot, OpacityKnot};
+    /// use resample_volume::TransferFunction;
+    /// use resample_volume::transfer::{ColourKnot, OpacityKnot};
     ///
     /// let black = ColourKnot { value: 0.0, rgb: [0.0; 3] };
     /// let white = ColourKnot { value: 100.0, rgb: [1.0; 3] };
@@ -174,7 +180,7 @@ impl TransferFunction {
     /// let opaque = OpacityKnot { value: 60.0, opacity: 1.0 };
     /// let function = TransferFunction::new(vec![black, white], vec![clear, opaque])?;
     /// assert_eq!(function.rescaled(0.0, 200.0).opacity(80.0), 0.5);
-    /// # Ok::<(), volsplat::Error>(())
+    /// # Ok::<(), resample_volume::Error>(())
     /// ```
     pub fn rescaled(mut self, low: f64, high: f64) -> Self {
         let (first, last) = self.value_range();
@@ -252,13 +258,13 @@ fn check_ascending(kind: &str, values: impl Iterator<Item = f64>) -> Result<(), 
 const MAX_EXTINCTION: f64 = 87.0;
 
 /// Colour and strength of a scalar.
-pub(crate) fn classified(transfer: &TransferFunction, mode: OpacityMode, value: f64) -> [f32; 4] {
+pub fn classified(transfer: &TransferFunction, mode: OpacityMode, value: f64) -> [f32; 4] {
     let (rgb, opacity) = transfer.sample(value);
     [rgb[0], rgb[1], rgb[2], strength_of(opacity, mode)]
 }
 
 /// Strength of an opacity: extinction per opacity unit, or with linear opacity the opacity.
-pub(crate) fn strength_of(opacity: f64, mode: OpacityMode) -> f32 {
+pub fn strength_of(opacity: f64, mode: OpacityMode) -> f32 {
     let strength = match mode {
         OpacityMode::Extinction => (-(-opacity).ln_1p()).min(MAX_EXTINCTION),
         OpacityMode::Linear => opacity,
@@ -268,7 +274,7 @@ pub(crate) fn strength_of(opacity: f64, mode: OpacityMode) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use crate::look::transfer::*;
+    use crate::transfer::*;
 
     fn function(opacities: &[(f64, f64)]) -> TransferFunction {
         let opacities = opacities

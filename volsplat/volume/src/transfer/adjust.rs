@@ -9,10 +9,10 @@
 //! mean has its knots at the union of theirs, and where either steps, two of them: the limits from below and above.
 //! Limits: opacities are mixed, not extinctions; an opaque surface that fades is half opaque half way.
 
-use resample_volume::volume::histogram::share_of;
+use crate::volume::histogram::share_of;
 
 use crate::Error;
-use crate::look::transfer::{ColourKnot, ColourMap, OpacityKnot, TransferFunction};
+use crate::transfer::{ColourKnot, ColourMap, OpacityKnot, TransferFunction};
 
 /// Most by which a piece misses the scaled opacity: a thirty-second of one of 256 levels. With it, the slope at opacity
 /// 0, which decides how a long haze looks, is right within some 2 % for a factor of 2.
@@ -29,12 +29,12 @@ impl TransferFunction {
     /// Refused with [`Error::Option`]: a width that is not above 0, and ends that are not finite.
     ///
     /// ```
-    /// use volsplat::{ColourMap, TransferFunction};
+    /// use resample_volume::{ColourMap, TransferFunction};
     ///
     /// // Level 40, width 400: opacity rises from -160 to 240.
     /// let function = TransferFunction::window(40.0, 400.0, ColourMap::default())?;
     /// assert_eq!(function.value_range(), (-160.0, 240.0));
-    /// # Ok::<(), volsplat::Error>(())
+    /// # Ok::<(), resample_volume::Error>(())
     /// ```
     pub fn window(level: f64, width: f64, map: ColourMap) -> Result<Self, Error> {
         let (low, high) = (level - 0.5 * width, level + 0.5 * width);
@@ -59,8 +59,32 @@ impl TransferFunction {
         })
     }
 
+    /// The same function of other values: those of its knots mapped by `map`, which must keep their order.
+    pub fn of_mapped(&self, map: impl Fn(f64) -> f64) -> Self {
+        let colour = |knot: &ColourKnot| ColourKnot {
+            value: map(knot.value),
+            ..*knot
+        };
+        let opacity = |knot: &OpacityKnot| OpacityKnot {
+            value: map(knot.value),
+            ..*knot
+        };
+        Self {
+            colours: self.colours.iter().map(colour).collect(),
+            opacities: self.opacities.iter().map(opacity).collect(),
+        }
+    }
+
+    /// The same opacities under the colours of a map that spans these values.
+    pub fn coloured(&self, map: ColourMap, low: f64, high: f64) -> Self {
+        Self {
+            colours: map.knots(low, high),
+            opacities: self.opacities.clone(),
+        }
+    }
+
     /// The same colours, all of them opaque.
-    pub(crate) fn opaque(&self) -> Self {
+    pub fn opaque(&self) -> Self {
         let value = self.value_range().0;
         Self {
             colours: self.colours.clone(),
@@ -228,7 +252,7 @@ fn mean<const N: usize>(a: [f64; N], b: [f64; N], share: f64) -> [f64; N] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::look::transfer::ColourKnot;
+    use crate::transfer::ColourKnot;
 
     fn ramp(knots: &[(f64, f64)]) -> TransferFunction {
         let opacities = knots

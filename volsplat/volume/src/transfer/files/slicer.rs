@@ -9,10 +9,10 @@
 
 use serde_json::Value;
 
-use crate::look::options::Shading;
-use crate::look::transfer::files::curve;
-use crate::look::transfer::files::curve::{Knots, Node, decoded};
-use crate::look::transfer::{ColourEncoding, ColourKnot, OpacityKnot};
+use crate::transfer::Shading;
+use crate::transfer::files::curve;
+use crate::transfer::files::curve::{Knots, Node, decoded};
+use crate::transfer::{ColourEncoding, ColourKnot, OpacityKnot};
 
 /// Lines of a `.vp` file.
 const LINES: usize = 9;

@@ -4,7 +4,7 @@
 //! Source: our own, from the Hounsfield units of tissues and from pictures of data that they were not made on.
 
 use crate::look::options::{Blend, Shading};
-use crate::look::transfer::presets::table::PresetScale::{Hounsfield, Share, Signal};
+use crate::look::presets::table::PresetScale::{Hounsfield, Share, Signal};
 
 /// The scale of a preset's knots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

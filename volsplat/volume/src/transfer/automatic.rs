@@ -15,11 +15,9 @@
 //! Limits: values alone do not tell MR from CT that was shifted; labels of a volume that stays in its file are not found. Bright scalars
 //! are taken as the object; data with a bright background needs its own function.
 
-use resample_volume::volume::{
-    Described, Modality, Volume, VoxelType, Voxels, scalar, with_voxels,
-};
+use crate::volume::{Described, Modality, Volume, VoxelType, Voxels, scalar, with_voxels};
 
-use crate::look::transfer::{ColourMap, Histogram, OpacityKnot, TransferFunction};
+use crate::transfer::{ColourMap, Histogram, OpacityKnot, TransferFunction};
 
 /// The kind of a volume's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -218,12 +216,12 @@ impl TransferFunction {
     /// A volume of one value is visible as a whole.
     ///
     /// ```
-    /// use volsplat::volume::procedural::blobs;
-    /// use volsplat::{ColourMap, Described, TransferFunction};
+    /// use resample_volume::volume::procedural::blobs;
+    /// use resample_volume::{ColourMap, Described, TransferFunction};
     ///
     /// let function = TransferFunction::automatic(&blobs(16)?.histogram(), ColourMap::default());
     /// assert_eq!(function.opacity(0.0), 0.0, "the empty space is transparent");
-    /// # Ok::<(), volsplat::Error>(())
+    /// # Ok::<(), resample_volume::Error>(())
     /// ```
     pub fn automatic(histogram: &Histogram, map: ColourMap) -> Self {
         transfer(histogram, map)
@@ -343,7 +341,7 @@ fn mean_below_filling(histogram: &Histogram, begin: f64) -> Option<f64> {
 }
 
 /// The scalar at which the background is over; the least scalar where there is no background.
-pub(crate) fn background_end(histogram: &Histogram) -> f64 {
+pub fn background_end(histogram: &Histogram) -> f64 {
     let (low, high) = histogram.range();
     otsu(histogram).map_or(low, |classes| classes.background_end().clamp(low, high))
 }
@@ -426,12 +424,11 @@ fn moments(counts: &[u64]) -> Option<(f64, f64)> {
 
 #[cfg(test)]
 mod tests {
+    use crate::volume::{Modality, Volume, Voxels};
     use glam::DAffine3;
-    use resample_volume::volume::{Modality, Volume, Voxels};
 
     use super::{DataKind, *};
-    use crate::Shading;
-    use crate::look::transfer::{DefaultLook, Histogram};
+    use crate::transfer::Histogram;
 
     const SIDE: usize = 40;
 
@@ -470,9 +467,6 @@ mod tests {
     fn hounsfield_units_are_told_by_range_air_and_tissue() {
         let ct = volume(Voxels::I16(cube(body).iter().map(|&v| v as i16).collect()));
         assert_eq!(kind(&ct), DataKind::Hounsfield);
-        let look = DefaultLook::of(DataKind::Hounsfield, &Histogram::of_volume(&ct));
-        assert_eq!(look.shading, Shading::Phong);
-        assert_eq!(look.function.opacity(-1000.0), 0.0, "air is clear");
         let as_singles = volume(Voxels::F32(cube(body).iter().map(|&v| v as f32).collect()));
         assert_eq!(kind(&as_singles), DataKind::Hounsfield, "NIfTI has singles");
         // The same range filled evenly is a temperature or the like.
@@ -556,8 +550,6 @@ mod tests {
         );
         let one = volume(Voxels::U8(vec![7; SIDE.pow(3)]));
         assert_eq!(kind(&one), DataKind::Field);
-        let look = DefaultLook::of(DataKind::Field, &Histogram::of_volume(&one));
-        assert_eq!(look.shading, Shading::None, "one value has no surface");
     }
 
     fn automatic(voxels: Voxels) -> TransferFunction {

@@ -7,8 +7,8 @@
 
 use resample_core::image::linear_from_srgb;
 
-use crate::look::options::Shading;
-use crate::look::transfer::{ColourEncoding, ColourKnot, OpacityKnot};
+use crate::transfer::Shading;
+use crate::transfer::{ColourEncoding, ColourKnot, OpacityKnot};
 
 /// The content of a file.
 #[derive(Debug, Default)]

@@ -6,10 +6,10 @@
 
 use std::str::FromStr;
 
+use crate::volume::{Described, VoxelType};
 use resample_core::image::linear_from_srgb;
-use resample_volume::volume::{Described, VoxelType};
 
-use crate::look::transfer::{ColourKnot, OpacityKnot, TransferFunction};
+use crate::transfer::{ColourKnot, OpacityKnot, TransferFunction};
 
 /// A named colour map. `parse` gives one by name; the default is viridis.
 #[derive(Clone, Copy, Debug)]
@@ -106,7 +106,7 @@ impl ColourMap {
     /// Linear RGB at a place along the map; places outside 0..=1 give the ends.
     ///
     /// ```
-    /// use volsplat::ColourMap;
+    /// use resample_volume::ColourMap;
     ///
     /// let viridis: ColourMap = "viridis".parse()?;
     /// let [_, green_low, _] = viridis.colour(0.0);

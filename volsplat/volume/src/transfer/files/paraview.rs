@@ -7,10 +7,10 @@
 
 use serde_json::Value;
 
-use crate::look::transfer::files::colour_space::ColourSpace;
-use crate::look::transfer::files::curve;
-use crate::look::transfer::files::curve::{Knots, Node, decoded};
-use crate::look::transfer::{ColourEncoding, ColourKnot};
+use crate::transfer::files::colour_space::ColourSpace;
+use crate::transfer::files::curve;
+use crate::transfer::files::curve::{Knots, Node, decoded};
+use crate::transfer::{ColourEncoding, ColourKnot};
 
 /// A colour of the file, in the file's own encoding.
 #[derive(Clone, Copy)]
@@ -228,14 +228,14 @@ fn colour_knots(
 
 #[cfg(test)]
 mod tests {
+    use crate::volume::{Volume, Voxels};
     use glam::DAffine3;
     use resample_core::image::linear_from_srgb;
-    use resample_volume::volume::{Volume, Voxels};
 
     use super::{ColourSpace, MOST_PIECES};
     use crate::Error;
-    use crate::look::transfer::files::parse;
-    use crate::look::transfer::{
+    use crate::transfer::files::parse;
+    use crate::transfer::{
         ColourEncoding, ColourMap, FileLook, Histogram, OpacityKnot, TransferFunction,
     };
 

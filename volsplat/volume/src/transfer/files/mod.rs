@@ -15,15 +15,15 @@ pub(crate) mod slicer;
 
 use std::path::Path;
 
+use crate::volume::Described;
 use resample_io::files::read_json;
-use resample_volume::volume::Described;
 use serde_json::Value;
 
 use super::automatic::opacities;
 use crate::Error;
-use crate::look::options::Shading;
-use crate::look::transfer::files::curve::Knots;
-use crate::look::transfer::{ColourEncoding, ColourMap, OpacityKnot, TransferFunction};
+use crate::transfer::Shading;
+use crate::transfer::files::curve::Knots;
+use crate::transfer::{ColourEncoding, ColourMap, OpacityKnot, TransferFunction};
 
 /// A transfer function of a file, and what the file says beside it.
 #[derive(Clone, Debug, PartialEq)]
