@@ -66,16 +66,22 @@ pub(crate) fn blocks(stored: &dyn VoxelSource, max_bytes: u64) -> Vec<Rows> {
 }
 
 impl Rows {
-    /// The voxels of the bricks `columns` of these rows, and `margin` more on each side where the volume goes on.
-    pub(crate) fn region(&self, dims: [usize; 3], columns: &Range<usize>, margin: usize) -> Region {
+    /// The voxels of the bricks `columns` of these rows, and `margin` more along each axis on either side, where the volume goes on.
+    pub(crate) fn region(
+        &self,
+        dims: [usize; 3],
+        columns: &Range<usize>,
+        margin: [usize; 3],
+    ) -> Region {
         let spans = [
             columns.clone(),
             self.rows.clone(),
             self.layer..self.layer + 1,
         ];
-        let first: [usize; 3] =
-            std::array::from_fn(|axis| (spans[axis].start * CELL_SIDE).saturating_sub(margin));
-        let end = |axis: usize| (spans[axis].end * CELL_SIDE + 1 + margin).min(dims[axis]);
+        let first: [usize; 3] = std::array::from_fn(|axis| {
+            (spans[axis].start * CELL_SIDE).saturating_sub(margin[axis])
+        });
+        let end = |axis: usize| (spans[axis].end * CELL_SIDE + 1 + margin[axis]).min(dims[axis]);
         Region {
             first,
             size: std::array::from_fn(|axis| end(axis) - first[axis]),
@@ -87,7 +93,7 @@ impl Rows {
         let dims = stored.dims();
         Block::read(
             stored,
-            self.region(dims, &(0..bricks_along(dims)[0]), margin),
+            self.region(dims, &(0..bricks_along(dims)[0]), [margin; 3]),
             DAffine3::IDENTITY,
         )
     }
@@ -433,5 +439,6 @@ pub fn most_brick_bytes(lattice: &Lattice, voxel_type: VoxelType, options: &Rend
     // A forged size may be beyond all counting; no memory is as large.
     let along = bricks_along(lattice.dims).into_iter();
     let bricks = along.fold(1u64, |count, bricks| count.saturating_mul(bricks as u64));
-    bricks.saturating_mul(CellBrick::bytes(voxel_type, gradients(options)))
+    let gradients = gradients(options, &lattice.world_from_index.matrix3);
+    bricks.saturating_mul(CellBrick::bytes(voxel_type, &gradients))
 }

@@ -30,6 +30,7 @@ pub(super) fn typed(
     Ok(RenderOptions {
         order,
         clip: clip(&args.clip),
+        gradient_filter: args.gradient_filter,
         gradient_opacity: args.gradient_opacity,
         subpixels: args.subpixels,
         shading: args.shade.unwrap_or(unasked),

@@ -24,7 +24,7 @@ use crate::values::BackgroundWord;
 use crate::values::input_file::Held;
 
 /// Options that the page may set. None of them names a file.
-const FROM_PAGE: [&str; 36] = [
+const FROM_PAGE: [&str; 37] = [
     "axes",
     "background",
     "blend",
@@ -39,6 +39,7 @@ const FROM_PAGE: [&str; 36] = [
     "environment-turn",
     "exposure",
     "fill",
+    "gradient-filter",
     "gradient-opacity",
     "iso",
     "iso-colour",

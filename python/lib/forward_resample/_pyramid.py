@@ -69,7 +69,7 @@ _OF_VIEWS = (
 )
 
 #: Options that bricks cannot be drawn with, each by itself.
-_REFUSED = ("crop_voxels", "layers", "blend", "iso", "mask", "also", "labels", "channel", "order", "max_time", "max_memory", "preset", "colormap", "window")
+_REFUSED = ("crop_voxels", "gradient_filter", "layers", "blend", "iso", "mask", "also", "labels", "channel", "order", "max_time", "max_memory", "preset", "colormap", "window")
 
 
 class _View(NamedTuple):
@@ -255,7 +255,8 @@ class _Tile:
         planes = merged.get("clip_plane")
         self.planes = np.zeros((0, 4)) if planes is None else _numbers(planes, 4)
         self.options = {name: value for name, value in merged.items() if name not in _OF_VIEWS}
-        self.options.update(subpixels=1, opacity_unit=merged["opacity_unit"])
+        # Smooth gradients look farther than a brick's margin.
+        self.options.update(subpixels=1, opacity_unit=merged["opacity_unit"], gradient_filter="central")
         self.margin = 1 if "shade" in merged or "gradient_opacity" in merged else 0
         most = float(Fraction(str(merged.get("max_error", "1/255"))))
         self.allowed, self.hidden = _OF_BRICK * most, _OF_HIDDEN * most

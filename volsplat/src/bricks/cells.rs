@@ -12,6 +12,7 @@ use std::array::from_fn;
 use glam::{DMat3, DVec3};
 use resample_volume::volume::{Grid, VoxelType};
 
+use crate::bricks::smooth::Smoothing;
 use crate::grid::{Bounds, gradient_from_differences};
 use crate::light::gradient_in_f32;
 
@@ -207,26 +208,31 @@ impl Gradients {
             }
         }
     }
-
-    /// Bytes of memory of the gradients of a brick.
-    pub(crate) fn size(are_bytes: bool) -> usize {
-        if are_bytes {
-            size_of::<DifferenceTable>()
-        } else {
-            size_of::<GradientTable>()
-        }
-    }
 }
 
 /// Gradients of a function of the voxels, up to the greatest vertex: central differences, one-sided by repetition at the
-/// volume's faces.
+/// volume's faces; of blurred values, where a smoothing is given.
 pub(crate) fn vectors<T: Copy + Into<f64>>(
     grid: &Grid<T>,
     value: impl Fn(f64) -> f32,
     bounds: &Bounds,
-    gradient_from_differences: &DMat3,
+    (gradient_from_differences, smoothing): (&DMat3, Option<&Smoothing>),
 ) -> Gradients {
-    let around = around(grid, |voxel: T| value(voxel.into()), bounds);
+    let value = |voxel: T| value(voxel.into());
+    match smoothing {
+        None => {
+            let around = around(grid, value, bounds);
+            vectors_of(&around, bounds, gradient_from_differences)
+        }
+        Some(smoothing) => {
+            let around = smoothing.cube::<T, AROUND>(grid, value, bounds.corner);
+            vectors_of(&around, bounds, gradient_from_differences)
+        }
+    }
+}
+
+/// The central differences of the values in and around a brick, as gradients.
+fn vectors_of(around: &[f32], bounds: &Bounds, gradient_from_differences: &DMat3) -> Gradients {
     let mut table = Box::new([[0.0f32; 4]; TABLE_LEN]);
     let [_, greatest] = bounds.range().map(|end| end.map(usize::from));
     for z in 0..=greatest[2] {
@@ -459,22 +465,41 @@ pub(crate) struct ChannelCells<'a> {
     pub(crate) range: [f32; 2],
 }
 
-/// Returns true if bricks carry gradients.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The gradients that bricks carry.
+#[derive(Clone, Debug)]
 pub(crate) enum WithGradients {
     No,
-    Yes,
+    /// Central differences.
+    Central,
+    /// Central differences of values blurred along the short axes of the grid.
+    Smooth(Smoothing),
+}
+
+impl WithGradients {
+    /// Bytes of memory of the gradients of a brick.
+    fn bytes(&self, are_bytes: bool) -> usize {
+        match self {
+            Self::No => 0,
+            Self::Central if are_bytes => size_of::<DifferenceTable>(),
+            Self::Central | Self::Smooth(_) => size_of::<GradientTable>(),
+        }
+    }
+
+    /// Voxels on either side of a brick that its gradients depend on, along each axis.
+    pub(crate) fn margin(&self) -> [usize; 3] {
+        match self {
+            Self::No => [0; 3],
+            Self::Central => [1; 3],
+            Self::Smooth(smoothing) => smoothing.radius().map(|radius| radius + 1),
+        }
+    }
 }
 
 impl CellBrick {
     /// Bytes that a brick of one channel of scalars of this type takes.
-    pub(crate) fn bytes(voxel_type: VoxelType, gradients: WithGradients) -> u64 {
+    pub(crate) fn bytes(voxel_type: VoxelType, gradients: &WithGradients) -> u64 {
         let are_bytes = voxel_type == VoxelType::U8;
-        let vectors = match gradients {
-            WithGradients::No => 0,
-            WithGradients::Yes => Gradients::size(are_bytes),
-        };
-        (size_of::<Self>() + Scalars::size(are_bytes) + vectors) as u64
+        (size_of::<Self>() + Scalars::size(are_bytes) + gradients.bytes(are_bytes)) as u64
     }
 
     /// A channel by its number.

@@ -8,6 +8,7 @@
 
 use std::cmp::Ordering;
 
+use glam::DMat3;
 use rayon::prelude::*;
 use resample_volume::volume::{Grid, Volume, Voxels, scalar, with_voxels};
 
@@ -16,9 +17,10 @@ use crate::bricks::cells::{
     BrickChannel, CELL_SIDE, CellBrick, CellField, Gradients, Scalars, ShownCells, TABLE_LEN,
     VERTEX_SIDE, WithGradients, differences, vectors, vertex,
 };
+use crate::bricks::smooth::Smoothing;
 use crate::bricks::support::{CellRanges, Support, box_of, cells_of, take_in, unmasked};
 use crate::grid::{Bounds, brick_corners, gradient_from_differences};
-use crate::look::options::{Blend, RenderOptions};
+use crate::look::options::{Blend, GradientFilter, RenderOptions};
 use crate::look::palette::Palette;
 use crate::look::scene::{Channel, Look, Scene};
 use crate::look::transfer::TransferFunction;
@@ -38,7 +40,7 @@ pub(crate) fn plan<'a>(scene: &Scene<'a>, options: &RenderOptions) -> Result<Fie
             })
             .collect::<Result<_, Error>>()?,
         mask: scene.mask,
-        gradients: gradients(options),
+        gradients: gradients(options, &scene.channels[0].volume.world_from_index.matrix3),
     })
 }
 
@@ -54,13 +56,16 @@ impl FieldPlan<'_> {
     }
 }
 
-/// Returns true if the bricks need gradients.
-pub(crate) fn gradients(options: &RenderOptions) -> WithGradients {
-    if options.follows_gradient() {
-        WithGradients::Yes
-    } else {
-        WithGradients::No
+/// The gradients that the bricks of a grid with these axes need.
+pub(crate) fn gradients(options: &RenderOptions, axes: &DMat3) -> WithGradients {
+    if !options.follows_gradient() {
+        return WithGradients::No;
     }
+    let smoothing = match options.used_gradient_filter() {
+        GradientFilter::Smooth => Smoothing::new(axes),
+        GradientFilter::Central => None,
+    };
+    smoothing.map_or(WithGradients::Central, WithGradients::Smooth)
 }
 
 /// The scalars that are seen.
@@ -261,10 +266,7 @@ impl FieldPlan<'_> {
         let (bounds, shown) = self.shown_cells(block, cells, mask.as_deref())?;
         let with_gradients =
             |(channel, (scalars, range)): (&PlannedChannel, (Scalars, [f32; 2]))| {
-                let gradients = match self.gradients {
-                    WithGradients::No => None,
-                    WithGradients::Yes => Some(self.gradients_of(channel, &bounds)),
-                };
+                let gradients = self.gradients_of(channel, &bounds);
                 BrickChannel {
                     scalars,
                     gradients,
@@ -369,27 +371,38 @@ impl PlannedChannel<'_> {
 }
 
 impl FieldPlan<'_> {
-    /// The gradients of a channel at the vertices of a block up to the greatest that is seen.
-    fn gradients_of(&self, channel: &PlannedChannel, bounds: &Bounds) -> Gradients {
+    /// The gradients of a channel at the vertices of a block up to the greatest that is seen; `None` where they change nothing.
+    fn gradients_of(&self, channel: &PlannedChannel, bounds: &Bounds) -> Option<Gradients> {
+        let smoothing = match &self.gradients {
+            WithGradients::No => return None,
+            WithGradients::Central => None,
+            WithGradients::Smooth(smoothing) => Some(smoothing),
+        };
         let dims = channel.volume.dims;
         let axes = |volume: &Volume| volume.world_from_index.matrix3;
         let own_axes = axes(channel.volume);
         // A frame makes gradients of differences by the axes of the first channel.
-        if let (Some(voxels), true) = (channel.bytes(), own_axes == axes(self.channels[0].volume)) {
-            return differences(&Grid { voxels, dims }, bounds);
+        if let (None, Some(voxels), true) = (
+            smoothing,
+            channel.bytes(),
+            own_axes == axes(self.channels[0].volume),
+        ) {
+            return Some(differences(&Grid { voxels, dims }, bounds));
         }
         let to_world = gradient_from_differences(&own_axes);
-        with_voxels!(&channel.volume.voxels, slice => {
+        Some(with_voxels!(&channel.volume.voxels, slice => {
             let grid = Grid { voxels: slice, dims };
             match &channel.shown {
-                Shown::Scalars(_) => vectors(&grid, |value| value as f32, bounds, &to_world),
+                Shown::Scalars(_) => {
+                    vectors(&grid, |value| value as f32, bounds, (&to_world, smoothing))
+                }
                 // Labels rise and fall with their visible part.
                 Shown::Labels(palette, strengths) => {
                     let strength = |value| strengths[palette.number(value) as usize];
-                    vectors(&grid, strength, bounds, &to_world)
+                    vectors(&grid, strength, bounds, (&to_world, smoothing))
                 }
             }
-        })
+        }))
     }
 }
 
@@ -475,6 +488,17 @@ impl CellField {
         field
     }
 
+    /// Leaves out all gradients: the next plan has others.
+    pub(crate) fn forget_gradients(&mut self) {
+        for brick in self.bricks.iter_mut().chain(&mut self.spare) {
+            brick.gradients = None;
+            brick
+                .more
+                .iter_mut()
+                .for_each(|channel| channel.gradients = None);
+        }
+    }
+
     /// Shows what another plan of the same volumes and the same mask shows; all bricks are kept.
     pub(crate) fn show(&mut self, plan: &FieldPlan) {
         let count = self.empty + self.bricks.len() as u64;
@@ -510,9 +534,7 @@ impl FieldPlan<'_> {
             return;
         };
         (brick.bounds, brick.shown) = (bounds, shown);
-        if self.gradients == WithGradients::Yes {
-            self.add_gradients(brick, &block);
-        }
+        self.add_gradients(brick, &block);
     }
 
     /// Gradients at all vertices of a brick that has none.
@@ -521,7 +543,9 @@ impl FieldPlan<'_> {
         let tables = std::iter::once(&mut brick.gradients)
             .chain(brick.more.iter_mut().map(|channel| &mut channel.gradients));
         for (channel, table) in self.channels.iter().zip(tables) {
-            table.get_or_insert_with(|| self.gradients_of(channel, &whole));
+            if table.is_none() {
+                *table = self.gradients_of(channel, &whole);
+            }
         }
     }
 }

@@ -528,6 +528,9 @@ impl FieldPipeline {
             })
             .collect();
         check(&channels, options)?;
+        if self.options.used_gradient_filter() != options.used_gradient_filter() {
+            field.forget_gradients();
+        }
         field.show(&plan(scene, options)?.tabulated(&channels));
         self.kept = scene
             .single()

@@ -41,6 +41,8 @@ pub struct RenderOptions {
     pub shadow: Option<Shadow>,
     /// The light of the sky that the volume hides from itself; `None` is off.
     pub occlusion: Option<Occlusion>,
+    /// The gradient that light follows.
+    pub gradient_filter: GradientFilter,
     /// Emission: lengths of the gradient, value per world unit, between which a factor of
     /// the extinction rises from 0 to 1; from 0 on, the first below the second. Labels are not modulated. `None` is off.
     pub gradient_opacity: Option<[f64; 2]>,
@@ -88,6 +90,7 @@ impl Default for RenderOptions {
             light: Light::Headlight,
             shadow: None,
             occlusion: None,
+            gradient_filter: GradientFilter::Smooth,
             gradient_opacity: None,
             subpixels: Subpixels::Auto,
             opacity: OpacityMode::Extinction,
@@ -169,6 +172,14 @@ impl RenderOptions {
     /// Returns true if the gradient changes the picture.
     pub(crate) fn follows_gradient(&self) -> bool {
         self.shading != Shading::None || self.gradient_opacity.is_some()
+    }
+
+    /// The filter of the gradients that are drawn: lengths for opacity by the gradient are those of central differences.
+    pub(crate) fn used_gradient_filter(&self) -> GradientFilter {
+        match self.gradient_opacity {
+            Some(_) => GradientFilter::Central,
+            None => self.gradient_filter,
+        }
     }
 
     /// World length over which opacity is meant, for samples at this spacing.
@@ -256,6 +267,24 @@ impl Default for FieldOptions {
             blend: Blend::Emission,
         }
     }
+}
+
+/// The gradient that light follows. In grids whose spacing differs between the axes, such as scans of thick slices, the trilinear
+/// field has a terrace at each slice, which light shows as rings. The orders of samples have central differences only.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
+pub enum GradientFilter {
+    /// Of values blurred along the axes of shorter spacing, by a Gaussian of half the greatest spacing; central differences where
+    /// spacings are alike, and for opacity by the gradient
+    #[default]
+    Smooth,
+    /// Central differences
+    Central,
 }
 
 /// Where the light of shading comes from.

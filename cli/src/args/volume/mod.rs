@@ -14,8 +14,8 @@ use resample_core::simd::SimdLevel;
 use resample_io::{Gate, Outside};
 use volsplat::transfer::{ColourEncoding, ColourMap, Preset};
 use volsplat::{
-    Cells, ClipPlane, Endian, FieldOptions, KernelSheets, Layer, RenderOptions, SampleOptions,
-    Shading, Subpixels, VoxelType,
+    Cells, ClipPlane, Endian, FieldOptions, GradientFilter, KernelSheets, Layer, RenderOptions,
+    SampleOptions, Shading, Subpixels, VoxelType,
 };
 
 pub use crate::args::volume::channels::{ChannelArgs, ComponentLook, LookWords, VolumeLook};
@@ -241,6 +241,9 @@ pub struct RenderArgs {
     /// --window or --colormap none; of an isosurface phong]
     #[arg(long, value_enum)]
     pub shade: Option<Shading>,
+    /// Gradient that light follows
+    #[arg(long, value_enum, value_name = "FILTER", default_value_t = GradientFilter::Smooth)]
+    pub gradient_filter: GradientFilter,
     /// Direction towards the light, in the world [default: the light is at the camera]
     #[arg(long, value_name = "X,Y,Z", value_parser = values::direction, allow_hyphen_values = true)]
     pub light: Option<DVec3>,

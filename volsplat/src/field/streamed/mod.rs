@@ -88,7 +88,7 @@ impl LargeCells {
             stored: Arc::clone(volume.source()),
             support: support(transfer, options)
                 .tabulated(TransferTable::step(transfer, volume.drawn_range()) as f32),
-            gradients: gradients(options),
+            gradients: gradients(options, &lattice.world_from_index.matrix3),
             world_from_index: lattice.world_from_index,
             narrowing: volume.narrowing(),
         };
@@ -243,7 +243,7 @@ impl Finder<'_> {
             .collect();
         let (packed, whole) = match keep {
             Some(Keep::Whole) => (None, kept),
-            Some(Keep::Packed) if self.reader.gradients == WithGradients::No => {
+            Some(Keep::Packed) if matches!(self.reader.gradients, WithGradients::No) => {
                 (Some(Packed::new(stored.voxel_type(), &kept)), Vec::new())
             }
             _ => (None, Vec::new()),
@@ -371,7 +371,7 @@ struct RowRead {
 impl RowReader {
     /// Bytes of memory of a brick.
     fn brick_bytes(&self) -> u64 {
-        CellBrick::bytes(self.stored.voxel_type(), self.gradients)
+        CellBrick::bytes(self.stored.voxel_type(), &self.gradients)
     }
 
     /// Reads what the bricks `columns` of a row need, and makes them.
@@ -382,8 +382,6 @@ impl RowReader {
                 block: None,
             });
         };
-        // Central differences look at one voxel more.
-        let margin = usize::from(self.gradients == WithGradients::Yes);
         let rows = Rows {
             layer,
             rows: row..row + 1,
@@ -391,7 +389,7 @@ impl RowReader {
         let region = rows.region(
             self.stored.dims(),
             &(first.into()..usize::from(last) + 1),
-            margin,
+            self.gradients.margin(),
         );
         let mut block = Block::read(self.stored.as_ref(), region, self.world_from_index)?;
         if self.narrowing != Narrowing::NONE {
@@ -403,7 +401,7 @@ impl RowReader {
                 shown: Shown::Scalars(self.support.clone()),
             }],
             mask: None,
-            gradients: self.gradients,
+            gradients: self.gradients.clone(),
         };
         let brick = |&column: &u16| {
             let mut brick = plan.brick_at(block.corner([column.into(), row, layer]))?;

@@ -269,7 +269,7 @@ mod tests {
             let bounds = Bounds::of_range(corner, [[0; 3], [CELL_SIDE as u8; 3]]);
             let both = [
                 differences(&grid, &bounds),
-                vectors(&grid, |value| value as f32, &bounds, &to_world),
+                vectors(&grid, |value| value as f32, &bounds, (&to_world, None)),
             ];
             for samples in (0..2000).map(Samples::of) {
                 let drawn = [0, 1].map(|k: usize| samples.drawn(&both[k], &from));

@@ -16,9 +16,8 @@ use super::kernel_field::kernel_samples;
 use super::kernel_project::{KernelChunk, KernelProjection, SheetFrame};
 use super::kernel_tile::KernelSettings;
 use crate::Error;
-use crate::bricks::cells::WithGradients;
 use crate::bricks::cull::{ViewVolume, visible_bricks};
-use crate::bricks::fill::{check_dims, gradients};
+use crate::bricks::fill::check_dims;
 use crate::grid::{Bounds, in_unit, power_of_two};
 use crate::look::clip::{Clip, GridClip, bounds_in_world};
 use crate::look::options::{Cells, Classify, Interpolate, RenderOptions, SampleOptions, Subpixels};
@@ -87,7 +86,7 @@ impl KernelSheets {
             }
             (Classify::Pre, _) => Samples::classify(volume, transfer, options.opacity),
         };
-        if gradients(options) == WithGradients::Yes {
+        if options.follows_gradient() {
             // Of the coefficients, where there are some.
             match &solved {
                 Some(solved) => {

@@ -19,7 +19,7 @@ use crate::Error;
 use crate::bricks::cells::{
     CELL_CORNERS, CELL_SIDE, CellBrick, VERTEX_SIDE, WithGradients, cell_range,
 };
-use crate::bricks::fill::{FieldPlan, gradients, plan};
+use crate::bricks::fill::{FieldPlan, plan};
 use crate::grid::{BRICK_SIDE, Bounds, brick_corners, pack_place};
 use crate::look::clip::{Clip, GridClip, bounds_in_world};
 use crate::look::options::{Cells, RenderOptions, SampleOptions, SampleOrder};
@@ -58,7 +58,7 @@ pub(crate) fn layers(
         Cells::Mean => cell_samples(scene, options, Parts::Whole)?,
         Cells::Off | Cells::Auto => vec![Samples::of_scene(scene, options.opacity)],
     };
-    if gradients(options) == WithGradients::Yes {
+    if options.follows_gradient() {
         let volume = lit_volume(scene)?;
         lattices
             .iter_mut()

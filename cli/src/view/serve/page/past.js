@@ -69,7 +69,7 @@ function stateOfAddress(title) {
 
 // Looks that were given a name: in the browser, for this address, and in sessions.
 const LOOKS = "resample looks";
-const OF_LOOK = ["window", "preset", "colormap", "shade", "blend", "light", "opacity-scale", "opacity-unit", "gradient-opacity"];
+const OF_LOOK = ["window", "preset", "colormap", "shade", "blend", "light", "opacity-scale", "opacity-unit", "gradient-filter", "gradient-opacity"];
 
 function storedLooks() {
   try {
