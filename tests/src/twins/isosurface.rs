@@ -1,6 +1,6 @@
 //! The reference for a surface of one scalar: each ray followed in small steps through the trilinear field, in f64.
 //!
-//! Takes a scene, gives per pixel colour, opacity and mean depth, lit from the camera by Lambert's cosine of the gradient.
+//! Takes a scene, gives per pixel colour, opacity and mean depth, lit from the camera by Lambert's cosine of the smooth gradient.
 //! A ray's first crossing is found between steps a sixteenth of the renderer's, and by bisection to the last digit. Where
 //! steps of the renderer's length may miss a crossing the pixel says so: that limit is admitted.
 //! Limits: opaque surfaces; a headlight; a fixed number of sub-pixels.
@@ -13,7 +13,8 @@ use crate::choices::field;
 use crate::twins::clip::keeps;
 use crate::twins::rays::{Ray, RaySource};
 use crate::twins::samples::Scene;
-use crate::twins::trilinear::{gradient, last, scalar};
+use crate::twins::smooth::SmoothGradients;
+use crate::twins::trilinear::{last, scalar};
 
 /// Ambient and diffuse share of the light, as the shading's documentation gives them.
 const AMBIENT: f64 = 0.3;
@@ -45,6 +46,7 @@ pub fn render(scene: &Scene) -> Vec<IsoPixel> {
     };
     let rays = RaySource::new(scene.camera, &scene.volume.world_from_index);
     let light = -scene.camera.forward_in_world();
+    let gradients = SmoothGradients::new(scene.volume);
     let width = scene.camera.width as usize;
     let pixel = |i: usize| {
         let mut sum = IsoPixel::default();
@@ -57,10 +59,7 @@ pub fn render(scene: &Scene) -> Vec<IsoPixel> {
             sum.doubtful += if is_doubtful { share } else { 0.0 };
             if let Some(z) = hit {
                 let end = last(scene.volume);
-                let normal = gradient(
-                    scene.volume,
-                    (ray.origin + z * ray.direction).clamp(DVec3::ZERO, end),
-                );
+                let normal = gradients.at((ray.origin + z * ray.direction).clamp(DVec3::ZERO, end));
                 sum.light +=
                     share * (AMBIENT + DIFFUSE * normal.normalize_or_zero().dot(light).abs());
                 sum.coverage += share;

@@ -65,7 +65,8 @@ pub fn nearest(volume: &Volume, at: DVec3) -> f64 {
     volume.value(linear(volume, voxel))
 }
 
-fn difference(volume: &Volume, voxel: [usize; 3]) -> DVec3 {
+/// The central difference along the axes of the grid at a voxel, with the voxel at a face repeated.
+pub fn difference(volume: &Volume, voxel: [usize; 3]) -> DVec3 {
     let along = |axis: usize| {
         let at = |offset: isize| {
             let mut index = voxel;

@@ -100,6 +100,7 @@ fn looks() -> Vec<(&'static str, TransferFunction, RenderOptions)> {
                 ..plain()
             },
         ),
+        ("lit again", shows(120.0, 240.0, 0.6), lit(Shading::Phong)),
     ]
 }
 

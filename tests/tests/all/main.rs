@@ -49,6 +49,7 @@ mod texmap_shadows;
 mod texmap_sparkle;
 mod texmap_sun;
 mod texmap_truth;
+mod thick_slices;
 mod thin_plates;
 mod threads;
 mod transmittance;

@@ -5,6 +5,8 @@
 //! the others turns with the terrace between two slices, not with the surface that was scanned.
 //! Limits: the field itself is not blurred, so the terraces' outlines stay.
 
+use std::ops::Range;
+
 use glam::DMat3;
 use resample_volume::volume::Grid;
 
@@ -51,52 +53,93 @@ impl Smoothing {
         [0, 1, 2].map(|axis| self.weights[axis].len() / 2)
     }
 
-    /// The blurred values of a cube of `N` voxels along each side, x fastest, from one voxel before `corner` on; what lies beyond the
-    /// volume is the nearest inside.
+    /// The blurred values of a cube of `N` voxels along each side, x fastest, from one voxel before `corner` on. Beyond the volume the field
+    /// goes on as a point reflection in its face, so that a field that rises evenly does so there, too.
     pub(crate) fn cube<T: Copy, const N: usize>(
         &self,
         grid: &Grid<T>,
         value: impl Fn(T) -> f32,
         corner: [u32; 3],
     ) -> Vec<f32> {
-        let radius = self.radius();
-        let indices: [Vec<usize>; 3] = [0, 1, 2].map(|axis| {
-            let from_first =
-                |i: usize| (corner[axis] as usize + i).saturating_sub(1 + radius[axis]);
-            let last = grid.dims[axis] - 1;
-            (0..N + 2 * radius[axis])
-                .map(|i| from_first(i).min(last))
-                .collect()
+        let window = [0, 1, 2].map(|axis| {
+            let before = 1 + self.weights[axis].len() / 2;
+            let (first, count) = (corner[axis] as usize, N - 2 + 2 * before);
+            Window {
+                first: first.saturating_sub(before),
+                before: before.saturating_sub(first),
+                inside: grid.dims[axis].min(first + count - before) - first.saturating_sub(before),
+                count,
+            }
         });
-        let [width, height, depth] = [0, 1, 2].map(|axis| indices[axis].len());
-        let mut values = vec![0.0; width];
-        let mut along_x = vec![0.0; N * height * depth];
-        let mut rows = along_x.chunks_exact_mut(N);
-        for &z in &indices[2] {
-            for &y in &indices[1] {
-                let row = grid.row([0, y, z], grid.dims[0]);
-                for (entry, &x) in values.iter_mut().zip(&indices[0]) {
-                    *entry = value(row[x]);
+        let [across, down, deep] = &window;
+        let mut row = vec![0.0; across.count];
+        let mut along_x = vec![0.0; N * down.count * deep.count];
+        for z in deep.places() {
+            for y in down.places() {
+                let voxels = grid.row([0, down.voxel(y), deep.voxel(z)], grid.dims[0]);
+                for x in across.places() {
+                    row[x] = value(voxels[across.voxel(x)]);
                 }
-                if let Some(out) = rows.next() {
-                    blur::<N>(&values, &self.weights[0], 1, out);
-                }
+                across.extend(&mut row, 1);
+                let out = &mut along_x[(z * down.count + y) * N..][..N];
+                blur::<N>(&row, &self.weights[0], 1, out);
             }
         }
-        let mut along_y = vec![0.0; N * N * depth];
-        for (layer, out) in along_x
-            .chunks_exact(N * height)
-            .zip(along_y.chunks_exact_mut(N * N))
-        {
-            for (y, out) in out.chunks_exact_mut(N).enumerate() {
+        let mut along_y = vec![0.0; N * N * deep.count];
+        for z in deep.places() {
+            let layer = &mut along_x[z * down.count * N..][..down.count * N];
+            down.extend(layer, N);
+            for y in 0..N {
+                let out = &mut along_y[(z * N + y) * N..][..N];
                 blur::<N>(&layer[y * N..], &self.weights[1], N, out);
             }
         }
+        deep.extend(&mut along_y, N * N);
         let mut along_z = vec![0.0; N * N * N];
-        for (row, out) in along_z.chunks_exact_mut(N).enumerate() {
-            blur::<N>(&along_y[row * N..], &self.weights[2], N * N, out);
+        for (place, out) in along_z.chunks_exact_mut(N).enumerate() {
+            blur::<N>(&along_y[place * N..], &self.weights[2], N * N, out);
         }
         along_z
+    }
+}
+
+/// The voxels along an axis that a cube needs, some of them beyond the volume.
+struct Window {
+    /// The first voxel inside the volume.
+    first: usize,
+    /// Places before the volume.
+    before: usize,
+    /// Places inside the volume.
+    inside: usize,
+    /// All places.
+    count: usize,
+}
+
+impl Window {
+    /// The places inside the volume.
+    fn places(&self) -> Range<usize> {
+        self.before..self.before + self.inside
+    }
+
+    /// The voxel at a place inside the volume.
+    fn voxel(&self, place: usize) -> usize {
+        self.first + place - self.before
+    }
+
+    /// Fills the lines of `len` values at the places beyond the volume with twice the line at the face, less its mirror image.
+    fn extend(&self, lines: &mut [f32], len: usize) {
+        let Range { start, end } = self.places();
+        let beyond = (0..start).map(|place| (place, start, (2 * start - place).min(end - 1)));
+        let last = end - 1;
+        let behind = (end..self.count).map(|place| {
+            let mirror = (2 * last).saturating_sub(place).max(start);
+            (place, last, mirror)
+        });
+        for (place, face, mirror) in beyond.chain(behind) {
+            for k in 0..len {
+                lines[place * len + k] = 2.0 * lines[face * len + k] - lines[mirror * len + k];
+            }
+        }
     }
 }
 
