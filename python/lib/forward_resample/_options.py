@@ -111,6 +111,8 @@ class VolumeOptions(FramedOptions, total=False):
     vector_level: Literal["auto", "avx2", "baseline"]
     #: How samples are lit, by the gradient of the volume [default: as the preset or the data have it; with --transfer, --window or --colormap none; of an isosurface phong]
     shade: Literal["none", "lambert", "phong"]
+    #: Gradient that light follows
+    gradient_filter: Literal["smooth", "central"]
     #: Direction towards the light, in the world [default: the light is at the camera]
     light: Numbers
     #: The volume casts shadows on itself, in the light from --light

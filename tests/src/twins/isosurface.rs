@@ -13,8 +13,7 @@ use crate::choices::field;
 use crate::twins::clip::keeps;
 use crate::twins::rays::{Ray, RaySource};
 use crate::twins::samples::Scene;
-use crate::twins::smooth::SmoothGradients;
-use crate::twins::trilinear::{last, scalar};
+use crate::twins::trilinear::{SmoothGradients, last, scalar};
 
 /// Ambient and diffuse share of the light, as the shading's documentation gives them.
 const AMBIENT: f64 = 0.3;
