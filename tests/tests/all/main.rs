@@ -3,6 +3,7 @@
 
 mod architecture;
 mod between_planes;
+mod brick_counts;
 mod changes;
 mod clipping;
 mod documents;
