@@ -361,4 +361,72 @@ mod tests {
         );
         assert!(many > one, "more pictures have a larger maximum");
     }
+
+    /// A view of 100 pixels and as many cells, each window with a chance of a quarter.
+    fn view(squares: &[f64], maxima: &[f64]) -> ViewErrors {
+        let windows = squares.iter().zip(maxima);
+        ViewErrors {
+            windows: windows.map(|(&s, &max)| window(s, max, 0.25)).collect(),
+            covered_px: 100.0,
+            cells: 100,
+            mean_square_change: None,
+            change: None,
+            change_behind: None,
+        }
+    }
+
+    fn near(found: f64, expected: f64) {
+        assert!((found - expected).abs() < 1e-6, "{found}, not {expected}");
+    }
+
+    #[test]
+    fn margins_are_those_of_the_documentation() {
+        let uneven = [view(&[0.6, 0.0, 0.3, 0.3], &[0.15, 0.05, 0.1, 0.1])];
+        // Mean squares of 0.008, 0, 0.004 and 0.004, with a deviation of 0.003266. Of four draws the two standard errors of 0.001633 are doubled.
+        near(predicted(BoundMetric::Rms, &uneven, 1), 0.102_626);
+        near(seen(BoundMetric::Rms, &uneven), 0.004_f64.sqrt());
+        // Sixteen draws have 2.5 of theirs: the mean is 0.004, the deviation 0.002921.
+        let many = [view(
+            &[0.6, 0.0, 0.3, 0.3].repeat(4),
+            &[0.15, 0.05, 0.1, 0.1].repeat(4),
+        )];
+        near(predicted(BoundMetric::Rms, &many, 1), 0.076_327);
+        // Gumbel's law with a mean of 0.1 and a deviation of 0.040825: its scale is 0.031831, its place 0.081627.
+        near(predicted(BoundMetric::Max, &uneven, 1), 0.704_840);
+        near(predicted(BoundMetric::Max, &uneven, 64), 0.969_599);
+        near(seen(BoundMetric::Max, &uneven), 0.15);
+    }
+
+    #[test]
+    fn pictures_between_the_views_add_parts_of_the_worst_and_of_the_steps() {
+        let of = |mean_square: f64| view(&[75.0 * mean_square], &[0.1]);
+        let rms = |views: &[ViewErrors], pictures| predicted(BoundMetric::Rms, views, pictures);
+        // An eighth of the worst for eight views, 512 / 27 of that for three.
+        let even = vec![of(0.01); 8];
+        near(rms(&even, 64), 0.01125_f64.sqrt());
+        near(rms(&even[..3], 64), 0.183_586);
+        // Four views: an eighth of the worst times eight, and one mean step.
+        let uneven: Vec<ViewErrors> = [0.01, 0.02, 0.01, 0.02].map(of).into();
+        near(rms(&uneven, 64), 0.05_f64.sqrt());
+        near(rms(&uneven, 4), 0.02_f64.sqrt());
+        // Views that show nothing have no error.
+        let mut blank = of(0.01);
+        blank.covered_px = 0.0;
+        near(rms(&[of(0.01), blank], 2), 0.1);
+    }
+
+    #[test]
+    fn a_largest_error_has_no_margin_where_every_cell_was_looked_at() {
+        let mut whole = view(&[0.3, 0.3], &[0.1, 0.2]);
+        whole.cells = 2;
+        near(predicted(BoundMetric::Max, &[whole.clone()], 1), 0.2);
+        let two = predicted(BoundMetric::Max, &[whole.clone()], 2);
+        assert!(two > 0.4, "another picture was not looked at: {two}");
+        let ranked = ViewErrors {
+            change_behind: Some(0.0),
+            ..whole
+        };
+        near(predicted(BoundMetric::Max, &[ranked.clone()], 1), 0.2);
+        near(predicted(BoundMetric::Max, &[ranked], 2), 0.4);
+    }
 }
