@@ -582,3 +582,6 @@ fn errors(image: &Image, exact: &Image, guard_px: usize) -> (f64, f64) {
         max,
     )
 }
+
+#[cfg(test)]
+mod tests;
