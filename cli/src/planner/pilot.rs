@@ -130,6 +130,41 @@ struct Previews {
 }
 
 impl Previews {
+    /// Two pictures of a sequence with the most contrast, far from one another: a flat object shows its narrow side twice in a turn.
+    /// The search starts at evenly spaced pictures and goes on at both sides of the best, at half the distance each time; `draw` makes
+    /// the preview at a place, if there is none yet.
+    fn most_contrast(
+        &mut self,
+        pictures: usize,
+        count: usize,
+        mut draw: impl FnMut(&mut Self, usize) -> Result<()>,
+    ) -> Result<Vec<usize>> {
+        for place in places(pictures, count) {
+            draw(self, place)?;
+        }
+        let near = pictures.div_ceil(NEAR_SHARE);
+        let mut peaks = Vec::new();
+        while peaks.len() < PEAKS
+            && let Some(mut peak) = self.most(|place| {
+                let is_far = |peak: &usize| place.abs_diff(*peak) > near;
+                peaks.iter().all(is_far)
+            })
+        {
+            let mut step = pictures / count;
+            while step > 1 {
+                step = step.div_ceil(2);
+                draw(self, peak.saturating_sub(step))?;
+                draw(self, (peak + step).min(pictures - 1))?;
+                let about = peak;
+                peak = self
+                    .most(|place| place.abs_diff(about) <= step)
+                    .unwrap_or(peak);
+            }
+            peaks.push(peak);
+        }
+        Ok(peaks)
+    }
+
     /// The place of the one with the most contrast, among some.
     fn most(&self, among: impl Fn(usize) -> bool) -> Option<usize> {
         let seen = self.seen.iter().filter(|(place, _)| among(**place));
@@ -174,7 +209,8 @@ impl Pilot {
         };
         scene.set(&ladder.preview)?;
         let mut chosen = places(cameras.len(), effort.views);
-        for most in pilot.most_contrast(scene, &mut previews, effort.previews)? {
+        let draw = |previews: &mut Previews, place| pilot.preview(scene, previews, place);
+        for most in previews.most_contrast(cameras.len(), effort.previews, draw)? {
             if let Some(nearest) = chosen.iter_mut().min_by_key(|place| place.abs_diff(most)) {
                 *nearest = most;
             }
@@ -198,40 +234,6 @@ impl Pilot {
             }
         }
         Ok(pilot)
-    }
-
-    /// Two pictures with the most contrast, far from one another: a flat object shows its narrow side twice in a turn.
-    /// The search starts at evenly spaced pictures and goes on at both sides of the best, at half the distance each time.
-    fn most_contrast(
-        &mut self,
-        scene: &mut PlannedScene,
-        previews: &mut Previews,
-        count: usize,
-    ) -> Result<Vec<usize>> {
-        for place in places(self.pictures, count) {
-            self.preview(scene, previews, place)?;
-        }
-        let near = self.pictures.div_ceil(NEAR_SHARE);
-        let mut peaks = Vec::new();
-        while peaks.len() < PEAKS
-            && let Some(mut peak) = previews.most(|place| {
-                let is_far = |peak: &usize| place.abs_diff(*peak) > near;
-                peaks.iter().all(is_far)
-            })
-        {
-            let mut step = self.pictures / count;
-            while step > 1 {
-                step = step.div_ceil(2);
-                self.preview(scene, previews, peak.saturating_sub(step))?;
-                self.preview(scene, previews, (peak + step).min(self.pictures - 1))?;
-                let about = peak;
-                peak = previews
-                    .most(|place| place.abs_diff(about) <= step)
-                    .unwrap_or(peak);
-            }
-            peaks.push(peak);
-        }
-        Ok(peaks)
     }
 
     fn preview(

@@ -209,3 +209,45 @@ fn meshes_count_pixels_and_volumes_their_own_work() {
         [70.0, 2.0]
     );
 }
+
+/// Finds the peaks of a sequence of 64 pictures by 16 previews; gives them and the places of which previews were drawn.
+fn peaks(contrast: impl Fn(usize) -> f64) -> (Vec<usize>, Vec<usize>) {
+    let whole = camera(20, 20);
+    let mut previews = Previews {
+        candidate: candidate(&[], 0.0),
+        side_px: 20,
+        seen: BTreeMap::new(),
+    };
+    let draw = |previews: &mut Previews, place: usize| {
+        let mut cells = Cells::new(&whole, &picture(10, |_, _| [1.0; 4]), None, 20);
+        cells.contrast = contrast(place);
+        previews.seen.insert(place, cells);
+        Ok(())
+    };
+    let peaks = previews.most_contrast(64, 16, draw).expect("previews");
+    (peaks, previews.seen.into_keys().collect())
+}
+
+#[test]
+fn the_two_peaks_of_a_turn_are_found_between_previews() {
+    let hill = |at: f64, place: usize| (20.0 - (place as f64 - at).abs()).max(0.0);
+    let (found, drawn) = peaks(|place| hill(13.0, place).max(0.9 * hill(45.0, place)));
+    assert_eq!(found, [13, 45]);
+    assert!(drawn.len() < 26, "{} previews", drawn.len());
+    // At the ends of the sequence, too.
+    assert_eq!(peaks(|place| place as f64).0[0], 63);
+    assert_eq!(peaks(|place| 64.0 - place as f64).0[0], 0);
+}
+
+#[test]
+fn a_second_peak_is_more_than_an_eighth_of_the_sequence_away() {
+    let steep = |at: usize, place: usize| 9.0 - place.abs_diff(at) as f64;
+    // Previews stand at 2, 6, 10 and so on: 18 is eight from 10, and 22 is twelve.
+    let (found, _) = peaks(|place| {
+        steep(10, place)
+            .max(0.5 * steep(18, place))
+            .max(0.25 * steep(22, place))
+    });
+    assert_eq!(found[0], 10);
+    assert!(found[1].abs_diff(10) > 8, "{found:?}");
+}
