@@ -241,10 +241,7 @@ impl Rays {
         let slab = Choices::of([VolumeChoice::Slab(slab_voxels)]);
         let choices = rung.choices.with(&slab).without(&scene.typed);
         let is_choice = !typed.has("subpixels") && scene.typed.with(&choices)?.is_legal();
-        Ok(is_choice.then_some(Rung {
-            choices,
-            work: rung.work / STEPS,
-        }))
+        Ok(is_choice.then(|| Rung::aside(choices)))
     }
 
     /// The setting with twice the slab and half the sub-pixels along each side, as far as these are not typed. A single ray is compared
@@ -254,18 +251,14 @@ impl Rays {
             1 => 2,
             more => more / 2,
         };
-        let slab_voxels = STEPS * self.slab_voxels;
         let choices = Choices::of([
-            VolumeChoice::Slab(slab_voxels),
+            VolumeChoice::Slab(STEPS * self.slab_voxels),
             VolumeChoice::Subpixels(Subpixels::Fixed(subpixels)),
         ]);
         let choices = rung.choices.with(&choices).without(&scene.typed);
         let setting = scene.typed.with(&choices)?;
         let is_other = !setting.draws_like(&scene.typed.with(&rung.choices)?);
-        Ok((is_other && setting.is_legal()).then_some(Rung {
-            choices,
-            work: f64::from(subpixels).powi(2) / slab_voxels,
-        }))
+        Ok((is_other && setting.is_legal()).then(|| Rung::aside(choices)))
     }
 
     /// The setting with as long steps and twice the sub-pixels along each side.
@@ -275,9 +268,6 @@ impl Rays {
             VolumeChoice::Slab(self.slab_voxels),
             VolumeChoice::Subpixels(Subpixels::Fixed(subpixels)),
         ]);
-        Ok(Rung {
-            choices: choices.without(&scene.typed),
-            work: f64::from(subpixels).powi(2) / self.slab_voxels,
-        })
+        Ok(Rung::aside(choices.without(&scene.typed)))
     }
 }

@@ -22,6 +22,13 @@ pub(super) struct Rung {
     pub(super) work: f64,
 }
 
+impl Rung {
+    /// A volume's setting that others are compared with, and that stands on no ladder: its work is measured.
+    pub(super) fn aside(choices: Choices) -> Self {
+        Self { choices, work: 0.0 }
+    }
+}
+
 /// The settings that may be chosen for one command.
 #[derive(Clone, Debug)]
 pub(super) struct Ladder {

@@ -417,16 +417,13 @@ mod tests {
 
     #[test]
     fn a_largest_error_has_no_margin_where_every_cell_was_looked_at() {
-        let mut whole = view(&[0.3, 0.3], &[0.1, 0.2]);
-        whole.cells = 2;
-        near(predicted(BoundMetric::Max, &[whole.clone()], 1), 0.2);
-        let two = predicted(BoundMetric::Max, &[whole.clone()], 2);
+        let mut whole = [view(&[0.3, 0.3], &[0.1, 0.2])];
+        whole[0].cells = 2;
+        near(predicted(BoundMetric::Max, &whole, 1), 0.2);
+        let two = predicted(BoundMetric::Max, &whole, 2);
         assert!(two > 0.4, "another picture was not looked at: {two}");
-        let ranked = ViewErrors {
-            change_behind: Some(0.0),
-            ..whole
-        };
-        near(predicted(BoundMetric::Max, &[ranked.clone()], 1), 0.2);
-        near(predicted(BoundMetric::Max, &[ranked], 2), 0.4);
+        whole[0].change_behind = Some(0.0);
+        near(predicted(BoundMetric::Max, &whole, 1), 0.2);
+        near(predicted(BoundMetric::Max, &whole, 2), 0.4);
     }
 }

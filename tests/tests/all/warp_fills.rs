@@ -176,6 +176,41 @@ fn natural_neighbours_continue_a_gradient() {
 }
 
 #[test]
+fn a_hole_before_the_sky_shows_the_sky() {
+    let target = camera(SIZE, 130.0, DVec3::X * 0.5, 0.0);
+    let mut reference = card_before_a_gradient();
+    for z in reference.depth.iter_mut().filter(|z| **z > 6.0) {
+        *z = f32::INFINITY;
+    }
+    let empty = warp(vec![reference.clone()], &target, &WarpOptions::default());
+    for fill in [Fill::Background, Fill::Natural] {
+        let options = WarpOptions {
+            fill,
+            ..WarpOptions::default()
+        };
+        let image = warp(vec![reference.clone()], &target, &options);
+        let depth = image.depth.as_ref().expect("a depth plane");
+        let (mut holes, mut off) = (0, 0.0f32);
+        for (i, pixel) in image.rgba.iter().enumerate() {
+            if empty.rgba[i][3] > 0.0 {
+                continue;
+            }
+            holes += 1;
+            // The sky stands still, however far the eye moves.
+            let x = (i % SIZE[0] as usize) as f32 / SIZE[0] as f32;
+            off = off.max((pixel[1] - x).abs()).max((pixel[2] - 0.5).abs());
+            assert!(
+                depth[i] > 1e15,
+                "{fill:?}, pixel {i}: a sky {} away",
+                depth[i]
+            );
+        }
+        assert!(holes > 200, "{fill:?}: {holes} pixels");
+        assert!(off < 0.04, "{fill:?}: off by {off}");
+    }
+}
+
+#[test]
 fn a_second_reference_closes_holes_and_does_no_harm() {
     let scene = AnalyticScene::room();
     let at = |x: f64| camera(SIZE, 130.0, DVec3::X * x, 0.0);

@@ -110,7 +110,7 @@ pub(crate) fn unit(name: &str) -> Option<String> {
             "µm"
         }
         "nanometer" | "nanometre" | "nm" => "nm",
-        "angstrom" | "å" => "Å",
+        "angstrom" | "ångström" | "å" => "Å",
         "millimeter" | "millimetre" | "mm" => "mm",
         "centimeter" | "centimetre" | "cm" => "cm",
         "meter" | "metre" | "m" => "m",
@@ -126,4 +126,89 @@ pub(crate) fn first_of(times: usize, path: &Path) -> String {
     format!(
         "{name}: holds {times} volumes over time, the first is read: {name}#time=N names another, from 0 on"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axes(channels: &[(Option<&str>, Option<[u8; 3]>)]) -> ImageAxes {
+        let channel = |&(name, rgb): &(Option<&str>, _)| ImageChannel {
+            name: name.map(str::to_owned),
+            rgb,
+            ..ImageChannel::default()
+        };
+        ImageAxes {
+            channels: channels.iter().map(channel).collect(),
+            times: 1,
+        }
+    }
+
+    #[test]
+    fn channels_have_numbers_and_names_in_any_case() {
+        let stained = axes(&[(Some("DAPI"), None), (None, None), (Some("GFP 2"), None)]);
+        assert_eq!(stained.numbered_names(), "0 DAPI, 1, 2 GFP 2");
+        for (word, number) in [("0", 0), ("2", 2), ("dapi", 0), ("gfp 2", 2)] {
+            assert_eq!(stained.number_of(word), Ok(number), "{word}");
+        }
+        for word in ["3", "gfp", "-1", ""] {
+            let error = stained.number_of(word).expect_err(word);
+            assert!(
+                error.contains("from 0 to 2 or a name: 0 DAPI, 1, 2 GFP 2"),
+                "{error}"
+            );
+        }
+        assert_eq!(
+            axes(&[(None, None)]).number_of("5"),
+            Ok(5),
+            "a component of vectors"
+        );
+    }
+
+    #[test]
+    fn colours_that_are_alike_tell_nothing() {
+        let (white, green) = (Some([255; 3]), Some([0, 255, 0]));
+        let colours = |channels: &[_]| {
+            let kept = axes(channels).without_equal_colours();
+            kept.channels
+                .iter()
+                .map(|channel| channel.rgb)
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(colours(&[(None, white), (None, white)]), [None, None]);
+        assert_eq!(colours(&[(None, white), (None, green)]), [white, green]);
+        assert_eq!(
+            colours(&[(None, green)]),
+            [green],
+            "of one channel it is all that is known"
+        );
+    }
+
+    #[test]
+    fn windows_rise_and_units_are_lengths() {
+        assert_eq!(window(Some(-1.0), Some(4.0)), Some([-1.0, 4.0]));
+        for (low, high) in [
+            (None, Some(1.0)),
+            (Some(1.0), None),
+            (Some(2.0), Some(2.0)),
+            (Some(3.0), Some(2.0)),
+            (Some(0.0), Some(f64::INFINITY)),
+            (Some(f64::NAN), Some(1.0)),
+        ] {
+            assert_eq!(window(low, high), None, "{low:?} to {high:?}");
+        }
+        for (name, sign) in [
+            (" Micron ", "µm"),
+            ("nanometer", "nm"),
+            ("Ångström", "Å"),
+            ("Å", "Å"),
+            ("MM", "mm"),
+            ("cm", "cm"),
+            ("metre", "m"),
+            ("inch", "in"),
+            ("pixel", ""),
+        ] {
+            assert_eq!(unit(name).unwrap_or_default(), sign, "{name}");
+        }
+    }
 }
