@@ -146,3 +146,96 @@ pub(super) fn blocks(row: &mut [Vec4]) -> impl Iterator<Item = (Range<usize>, &m
     let block = |(number, texels): (usize, _)| (number * LANES..(number + 1) * LANES, texels);
     row.chunks_mut(LANES).enumerate().map(block)
 }
+
+#[cfg(test)]
+mod tests {
+    use resample_core::dispatch;
+    use resample_core::simd::SimdLevel;
+
+    use super::*;
+
+    const SIDE: usize = 16;
+
+    /// A map whose texels hold their centre's place on the square, 0 to 1.
+    fn places() -> Map {
+        let mut map = Map::black(SIDE);
+        let share = |k: usize| (centre(k, SIDE) + 1.0) / 2.0;
+        map.for_each_row(|y, row| {
+            for (x, texel) in row.iter_mut().enumerate() {
+                *texel = Vec4::new(share(x), share(y), 1.0, 0.0);
+            }
+        });
+        map
+    }
+
+    #[test]
+    fn texels_are_at_their_centres() {
+        assert_eq!(centre(0, 4), -0.75);
+        assert_eq!(centre(3, 4), 0.75);
+        let level = SimdLevel::Auto.resolve();
+        let x = dispatch!(level, simd => centres(simd, 16, 64).to_array());
+        for (lane, x) in x.into_iter().enumerate() {
+            assert_eq!(x, (16.5 + lane as f32) / 32.0 - 1.0);
+        }
+    }
+
+    #[test]
+    fn a_mix_of_texels_is_the_place_itself() {
+        let map = places();
+        let half = map.halved();
+        for (map, rim) in [(&map, 0.5 / SIDE as f32), (&half, 1.0 / SIDE as f32)] {
+            for k in 0..=100 {
+                let [u, v] = [k, k * 37 % 101].map(|k| rim + (1.0 - 2.0 * rim) * k as f32 / 100.0);
+                let found = map.at_square([u, v]);
+                let off = (found - Vec4::new(u, v, 1.0, 0.0)).abs().max_element();
+                assert!(off < 1e-6, "{u} {v}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_direction_has_the_texel_that_was_drawn_for_it() {
+        let map = places();
+        let level = SimdLevel::Auto.resolve();
+        for y in 0..SIDE {
+            let towards = dispatch!(level, simd => {
+                directions_on_square(simd, centres(simd, 0, SIDE), centre(y, SIDE))
+                    .map(|part| part.to_array())
+            });
+            for x in 0..SIDE {
+                let direction = Vec3::new(towards[0][x], towards[1][x], towards[2][x]);
+                let off = (map.at(direction) - map.texels[(y + 1) * (SIDE + 2) + x + 1]).abs();
+                assert!(off.max_element() < 1e-5, "texel {x}, {y}: {direction}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_border_continues_the_map_across_the_fold() {
+        // Beyond an edge of the square lies the texel at the other side of the edge's middle.
+        let (map, stride) = (places(), SIDE + 2);
+        for k in 0..SIDE {
+            let mirrored = SIDE - 1 - k;
+            let at = |x: usize, y: usize| map.texels[y * stride + x];
+            assert_eq!(at(k + 1, 0), at(mirrored + 1, 1), "above");
+            assert_eq!(at(k + 1, SIDE + 1), at(mirrored + 1, SIDE), "below");
+            assert_eq!(at(0, k + 1), at(1, mirrored + 1), "left");
+            assert_eq!(at(SIDE + 1, k + 1), at(SIDE, mirrored + 1), "right");
+        }
+    }
+
+    #[test]
+    fn coarser_copies_end_at_four_texels() {
+        let sides: Vec<usize> = places().with_coarser().iter().map(|map| map.side).collect();
+        assert_eq!(sides, [16, 8, 4]);
+    }
+
+    #[test]
+    fn blocks_number_the_texels_of_a_row() {
+        let mut row = vec![Vec4::ZERO; 40];
+        let found: Vec<_> = blocks(&mut row)
+            .map(|(texels, part)| (texels, part.len()))
+            .collect();
+        assert_eq!(found, [(0..16, 16), (16..32, 16), (32..48, 8)]);
+    }
+}
