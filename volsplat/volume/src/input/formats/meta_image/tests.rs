@@ -290,3 +290,20 @@ fn damaged_files_are_refused_and_never_panic() {
     .concat();
     survive_damage(&packed, &LoadOptions::default(), 1000);
 }
+
+#[test]
+fn text_too_short_for_its_values_is_refused_before_it_is_read() {
+    // Four values take a digit and a separator each, but the last: seven bytes.
+    let head = head("MET_UCHAR", "BinaryData = False\n");
+    assert_eq!(
+        loaded(&[head.as_bytes(), b"1 2 3 4"]).voxels,
+        Voxels::U8(vec![1, 2, 3, 4])
+    );
+    for text in [&b"1 2 3 "[..], b"1 2", b""] {
+        let error = Folder::new()
+            .load(&[head.as_bytes(), text])
+            .expect_err("too short");
+        let expected = format!("4 values cannot stand in {} bytes", text.len());
+        assert!(error.to_string().contains(&expected), "{error}");
+    }
+}

@@ -510,3 +510,24 @@ fn colours_and_vectors_have_components() {
         "one behind the other"
     );
 }
+
+#[test]
+fn a_quaternion_of_four_parts_turns_as_it_should() {
+    // About an axis between all three, where every term of the matrix counts, and by half a turn, whose real part is 0.
+    for (axis, angle) in [
+        (glam::DVec3::new(0.3, -0.5, 0.8), 1.1),
+        (glam::DVec3::new(-0.7, 0.2, 0.4), 2.9),
+        (glam::DVec3::new(0.6, 0.0, 0.8), std::f64::consts::PI),
+    ] {
+        let turn = glam::DQuat::from_axis_angle(axis.normalize(), angle);
+        let found = super::rotation([turn.x, turn.y, turn.z]);
+        assert!(
+            found.abs_diff_eq(glam::DMat3::from_quat(turn), 1e-7),
+            "{axis} by {angle}: {found}"
+        );
+    }
+    // A stored part that rounding has made longer than 1 is a half turn.
+    let long = super::rotation([0.0, 0.0, 1.0 + 1e-7]);
+    let half = glam::DMat3::from_diagonal(glam::DVec3::new(-1.0, -1.0, 1.0));
+    assert!(long.abs_diff_eq(half, 1e-12), "{long}");
+}
