@@ -36,6 +36,7 @@ fn the_early_end_changes_no_pixel_by_more_than_its_bound() {
             RenderOptions::default(),
             voxels(RenderOptions::every_sample()),
             voxels(RenderOptions::axis_sheets()),
+            voxels(RenderOptions::kernel_sheets()),
         ] {
             let pictures = |min_transmittance| {
                 let options = RenderOptions {

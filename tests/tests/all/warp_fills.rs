@@ -183,7 +183,9 @@ fn a_hole_before_the_sky_shows_the_sky() {
         *z = f32::INFINITY;
     }
     let empty = warp(vec![reference.clone()], &target, &WarpOptions::default());
-    for fill in [Fill::Background, Fill::Natural] {
+    // The hole is f * 0.5 / 4 px wide, and a rim that is extended has one colour over it.
+    let hole = 130.0 * 0.5 / 4.0 / SIZE[0] as f32;
+    for (fill, most) in [(Fill::Background, hole), (Fill::Natural, 0.04)] {
         let options = WarpOptions {
             fill,
             ..WarpOptions::default()
@@ -206,7 +208,7 @@ fn a_hole_before_the_sky_shows_the_sky() {
             );
         }
         assert!(holes > 200, "{fill:?}: {holes} pixels");
-        assert!(off < 0.04, "{fill:?}: off by {off}");
+        assert!(off < most, "{fill:?}: off by {off}");
     }
 }
 
