@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use glam::DMat3;
+use resample_core::narrow::{count, single, whole};
 use resample_volume::volume::Grid;
 
 /// Standard deviation of the Gaussian, greatest spacings: of balls, skulls, rods and lobes sampled in thick slices, this has the least error of the
@@ -157,11 +158,11 @@ fn blur<const N: usize>(values: &[f32], weights: &[f32], step: usize, out: &mut 
 /// A Gaussian at whole numbers around 0, with a sum of 1.
 fn gaussian(deviation: f64) -> Vec<f32> {
     let radius = (TRUNCATED_AT * deviation).ceil();
-    let count = 2 * radius as usize + 1;
+    let weighed = 2 * count(whole(radius)) + 1;
     let place = |i: usize| (i as f64 - radius) / deviation;
-    let weights: Vec<f64> = (0..count)
+    let weights: Vec<f64> = (0..weighed)
         .map(|i| (-0.5 * place(i) * place(i)).exp())
         .collect();
     let sum: f64 = weights.iter().sum();
-    weights.iter().map(|weight| (weight / sum) as f32).collect()
+    weights.iter().map(|weight| single(weight / sum)).collect()
 }

@@ -198,13 +198,14 @@ mod tests {
         let map = places();
         let level = SimdLevel::Auto.resolve();
         for y in 0..SIDE {
-            let towards = dispatch!(level, simd => {
+            let [right, up, back] = dispatch!(level, simd => {
                 directions_on_square(simd, centres(simd, 0, SIDE), centre(y, SIDE))
                     .map(|part| part.to_array())
             });
-            for x in 0..SIDE {
-                let direction = Vec3::new(towards[0][x], towards[1][x], towards[2][x]);
-                let off = (map.at(direction) - map.texels[(y + 1) * (SIDE + 2) + x + 1]).abs();
+            let row = &map.texels[(y + 1) * (SIDE + 2) + 1..][..SIDE];
+            for (x, texel) in row.iter().enumerate() {
+                let direction = Vec3::new(right[x], up[x], back[x]);
+                let off = (map.at(direction) - texel).abs();
                 assert!(off.max_element() < 1e-5, "texel {x}, {y}: {direction}");
             }
         }
