@@ -131,8 +131,8 @@ struct Previews {
 
 impl Previews {
     /// Two pictures of a sequence with the most contrast, far from one another: a flat object shows its narrow side twice in a turn.
-    /// The search starts at evenly spaced pictures and goes on at both sides of the best, at half the distance each time; `draw` makes
-    /// the preview at a place, if there is none yet.
+    /// The search starts at evenly spaced pictures and goes on at both sides of the best, at half the distance each time. `draw` draws the
+    /// preview of a picture, and keeps one that was drawn before.
     fn most_contrast(
         &mut self,
         pictures: usize,

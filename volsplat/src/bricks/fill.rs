@@ -488,7 +488,7 @@ impl CellField {
         field
     }
 
-    /// Leaves out all gradients: the next plan has others.
+    /// Drops all gradients, so that the next plan makes its own.
     pub(crate) fn forget_gradients(&mut self) {
         for brick in self.bricks.iter_mut().chain(&mut self.spare) {
             brick.gradients = None;

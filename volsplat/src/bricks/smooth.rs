@@ -64,11 +64,12 @@ impl Smoothing {
     ) -> Vec<f32> {
         let window = [0, 1, 2].map(|axis| {
             let before = 1 + self.weights[axis].len() / 2;
-            let (first, count) = (corner[axis] as usize, N - 2 + 2 * before);
+            let (corner, count) = (corner[axis] as usize, N - 2 + 2 * before);
+            let first = corner.saturating_sub(before);
             Window {
-                first: first.saturating_sub(before),
-                before: before.saturating_sub(first),
-                inside: grid.dims[axis].min(first + count - before) - first.saturating_sub(before),
+                first,
+                before: before.saturating_sub(corner),
+                inside: grid.dims[axis].min(corner + count - before) - first,
                 count,
             }
         });
@@ -144,7 +145,7 @@ impl Window {
     }
 }
 
-/// Adds rows of `N` values, each `step` after the one before, by their weights.
+/// Writes the weighted sum of rows of `N` values, each `step` after the one before.
 fn blur<const N: usize>(values: &[f32], weights: &[f32], step: usize, out: &mut [f32]) {
     let mut sum = [0.0; N];
     for (row, &weight) in values.windows(N).step_by(step).zip(weights) {
