@@ -5,15 +5,16 @@ use rayon::prelude::*;
 use resample_core::light::{AMBIENT, DIFFUSE};
 use resample_core::narrow::{count, whole};
 
-use crate::bricks::cells::{CellField, Table};
 use crate::look::clip::GridClip;
 use crate::shadow::medium::Medium;
-use crate::shadow::places::Places;
-use crate::shadow::slices::VertexBox;
+use crate::shadow::vertices::Vertices;
 use crate::slabs::table::TransferTable;
 
 /// Most rays along a side of a view. So few that a view costs little; the mean of six views of 64 x 64 rays is known to about 0.3 %.
 const MOST_RAYS: usize = 64;
+
+/// Rays end where less than this is left.
+const LEAST: f64 = 1e-3;
 
 /// The golden ratio's fraction: multiples of it are spread evenly.
 const GOLDEN: f32 = 0.618_034;
@@ -32,17 +33,15 @@ pub(crate) enum Falls {
 
 /// The matter that is seen, and the light on it.
 pub(super) struct Lit<'a> {
-    pub(super) field: &'a CellField,
-    pub(super) places: &'a Places,
-    /// For each brick, the numbers at its vertices.
-    pub(super) numbers: &'a [Table],
+    pub(super) vertices: &'a Vertices<'a>,
+    pub(super) numbers: &'a [f32],
     pub(super) medium: &'a Medium,
     /// The colours of the numbers, where they are scalars.
     pub(super) colours: Option<&'a TransferTable>,
     pub(super) falls: Falls,
     pub(super) clip: &'a GridClip,
-    /// For each brick, the share of light at its vertices.
-    pub(super) shares: &'a [Table],
+    /// Square roots of the share of light at the vertices.
+    pub(super) roots: &'a [f32],
     /// From a vertex to the next along each axis, opacity units.
     pub(super) spacing: [f32; 3],
 }
@@ -51,9 +50,7 @@ impl Lit<'_> {
     /// The mean share over what six views see, in which each place counts by its opacity and its brightness, as it does in their pictures; 1
     /// where nothing is seen.
     pub(super) fn mean_seen(&self) -> f64 {
-        let Some(within) = VertexBox::of(self.field) else {
-            return 1.0;
-        };
+        let within = self.vertices.within;
         let mut sum = Seen::default();
         for along in 0..3 {
             let sides = [1, 2].map(|side| within.len((along + side) % 3));
@@ -70,7 +67,7 @@ impl Lit<'_> {
                     first[(along + 1 + side) % 3] += vertex;
                     share[side] = at - vertex as f32;
                 }
-                self.both_ways(&within, (first, along), share)
+                self.both_ways(first, along, share)
             };
             let seen: Vec<Seen> = (0..rays[0] * rays[1]).into_par_iter().map(of_ray).collect();
             // Pixels are as large in each view.
@@ -92,81 +89,109 @@ impl Lit<'_> {
     }
 
     /// A ray along an axis, and the one that comes back.
-    fn both_ways(
-        &self,
-        within: &VertexBox,
-        (first, along): ([usize; 3], usize),
-        share: [f32; 2],
-    ) -> Seen {
+    fn both_ways(&self, first: [usize; 3], along: usize, share: [f32; 2]) -> Seen {
+        let within = self.vertices.within;
         let across = [1, 2].map(|side| (along + side) % 3);
-        let at_vertex = |at: [usize; 3]| {
-            let found = self.places.of_vertex(self.field, at);
-            found.map_or([f32::NAN; 2], |[brick, place]| {
-                let root = self.shares[brick][place].sqrt();
-                [self.numbers[brick][place], root]
-            })
-        };
-        let between = |number: usize| {
-            let corners = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|beside| {
-                let mut at = first;
-                at[along] += number;
-                for side in 0..2 {
-                    let axis = across[side];
-                    at[axis] = (at[axis] + beside[side]).min(within.high[axis]);
-                }
-                at_vertex(at)
-            });
-            let mix = |from: f32, to: f32, share: f32| from + share * (to - from);
-            let [number, root] = [0, 1].map(|part: usize| {
-                let [a, b, c, d] = corners.map(|corner| corner[part]);
-                mix(mix(a, b, share[0]), mix(c, d, share[0]), share[1])
-            });
-            let [a, b, c, d] = corners.map(|corner| corner[0]);
-            let slopes = [mix(b - a, d - c, share[1]), mix(c - a, d - b, share[0])];
-            Vertex {
-                number,
-                root,
-                slopes: [0, 1].map(|side| slopes[side] / self.spacing[across[side]]),
-            }
-        };
-        let vertices: Vec<Vertex> = (0..within.len(along)).map(between).collect();
         let mut origin = DVec3::from(first.map(|at| at as f64));
         for side in 0..2 {
             origin[across[side]] += f64::from(share[side]);
         }
         origin[along] = within.low[along] as f64;
-        let kept = self.clip.interval(origin, DVec3::AXES[along]);
-        let length = self.spacing[along];
+        let ray = Ray {
+            first,
+            along,
+            across,
+            share,
+            kept: self.clip.interval(origin, DVec3::AXES[along]),
+        };
+        let steps = within.len(along) - 1;
         let mut seen = Seen::default();
         let mut parts = Vec::new();
-        for (number, ends) in vertices.windows(2).enumerate() {
-            let (from, to) = (ends[0].number, ends[1].number);
-            if from.is_nan() || to.is_nan() {
-                continue;
+        let mut transmittance = 1.0;
+        let mut from = self.vertex(&ray, 0);
+        for number in 0..steps {
+            let to = self.vertex(&ray, number + 1);
+            let known = parts.len();
+            self.add_parts(&ray, number, [&from, &to], &mut parts);
+            seen.add(parts[known..].iter(), &mut transmittance);
+            if transmittance < LEAST {
+                break;
             }
-            let lit = self.lit(ends, length);
-            for part in 0..PARTS {
-                let share = |part: usize| part as f32 / PARTS as f32;
-                let at = |part: usize| from + share(part) * (to - from);
-                let middle = share(part) + 0.5 * share(1);
-                if !(kept[0]..=kept[1]).contains(&(number as f64 + f64::from(middle))) {
-                    continue;
-                }
-                let depth = self.medium.mean(at(part), at(part + 1)) * length * share(1);
-                if depth > 0.0 {
-                    let root = ends[0].root + middle * (ends[1].root - ends[0].root);
-                    let brightness = lit * self.luminance(from + middle * (to - from));
-                    parts.push([depth, root * root, brightness].map(f64::from));
-                }
-            }
+            from = to;
         }
-        seen.add_ray(parts.iter());
-        seen.add_ray(parts.iter().rev());
+        let is_whole = transmittance >= LEAST;
+        transmittance = 1.0;
+        if is_whole {
+            seen.add(parts.iter().rev(), &mut transmittance);
+            return seen;
+        }
+        let mut to = self.vertex(&ray, steps);
+        for number in (0..steps).rev() {
+            let from = self.vertex(&ray, number);
+            parts.clear();
+            self.add_parts(&ray, number, [&from, &to], &mut parts);
+            seen.add(parts.iter().rev(), &mut transmittance);
+            if transmittance < LEAST {
+                break;
+            }
+            to = from;
+        }
         seen
     }
 
+    /// The place of a ray in a slice.
+    fn vertex(&self, ray: &Ray, number: usize) -> Vertex {
+        let within = &self.vertices.within;
+        let mut corners = [[f32::NAN; 2]; 4];
+        for (beside, corner) in corners.iter_mut().enumerate() {
+            let mut at = ray.first;
+            at[ray.along] += number;
+            for side in 0..2 {
+                let axis = ray.across[side];
+                at[axis] = (at[axis] + (beside >> side & 1)).min(within.high[axis]);
+            }
+            let Some(found) = self.vertices.find(at) else {
+                return Vertex::HIDDEN;
+            };
+            *corner = [self.numbers[found], self.roots[found]];
+        }
+        let [x, y] = ray.share;
+        let mix = |from: f32, to: f32, share: f32| from + share * (to - from);
+        let [[a, root_a], [b, root_b], [c, root_c], [d, root_d]] = corners;
+        let slopes = [mix(b - a, d - c, y), mix(c - a, d - b, x)];
+        Vertex {
+            number: mix(mix(a, b, x), mix(c, d, x), y),
+            root: mix(mix(root_a, root_b, x), mix(root_c, root_d, x), y),
+            slopes: [0, 1].map(|side: usize| slopes[side] / self.spacing[ray.across[side]]),
+        }
+    }
+
+    /// Adds the parts between two slices that absorb light.
+    fn add_parts(&self, ray: &Ray, number: usize, ends: [&Vertex; 2], parts: &mut Vec<[f64; 3]>) {
+        let (from, to) = (ends[0].number, ends[1].number);
+        let length = self.spacing[ray.along];
+        if from.is_nan() || to.is_nan() || self.medium.mean(from, to) <= 0.0 {
+            return;
+        }
+        let lit = self.lit(ends, length);
+        for part in 0..PARTS {
+            let share = |part: usize| part as f32 / PARTS as f32;
+            let at = |part: usize| from + share(part) * (to - from);
+            let middle = share(part) + 0.5 * share(1);
+            if !(ray.kept[0]..=ray.kept[1]).contains(&(number as f64 + f64::from(middle))) {
+                continue;
+            }
+            let depth = self.medium.mean(at(part), at(part + 1)) * length * share(1);
+            if depth > 0.0 {
+                let root = ends[0].root + middle * (ends[1].root - ends[0].root);
+                let brightness = lit * self.luminance(from + middle * (to - from));
+                parts.push([depth, root * root, brightness].map(f64::from));
+            }
+        }
+    }
+
     /// The light on the matter between two vertices of a ray.
-    fn lit(&self, ends: &[Vertex], length: f32) -> f32 {
+    fn lit(&self, ends: [&Vertex; 2], length: f32) -> f32 {
         if self.falls == Falls::Evenly {
             return 1.0;
         }
@@ -189,6 +214,17 @@ impl Lit<'_> {
     }
 }
 
+/// A ray along an axis of the grid.
+struct Ray {
+    /// The vertex before its first place, and how far on that place is across the ray.
+    first: [usize; 3],
+    share: [f32; 2],
+    along: usize,
+    across: [usize; 2],
+    /// What a clip keeps, slices.
+    kept: [f64; 2],
+}
+
 /// A place of a ray among the vertices around it.
 #[derive(Clone, Copy)]
 struct Vertex {
@@ -197,6 +233,15 @@ struct Vertex {
     root: f32,
     /// Of the number across the ray, per opacity unit.
     slopes: [f32; 2],
+}
+
+impl Vertex {
+    /// Where nothing is shown.
+    const HIDDEN: Self = Self {
+        number: f32::NAN,
+        root: f32::NAN,
+        slopes: [f32::NAN; 2],
+    };
 }
 
 /// Sums over pixels.
@@ -209,15 +254,14 @@ struct Seen {
 }
 
 impl Seen {
-    /// Adds a ray of parts, each with its optical depth, its light, and its brightness.
-    fn add_ray<'a>(&mut self, parts: impl Iterator<Item = &'a [f64; 3]>) {
-        let mut transmittance = 1.0;
+    /// Adds parts of a ray, each with its optical depth, its light, and its brightness.
+    fn add<'a>(&mut self, parts: impl Iterator<Item = &'a [f64; 3]>, transmittance: &mut f64) {
         for &[depth, light, brightness] in parts {
-            let opacity = transmittance * -(-depth).exp_m1();
+            let opacity = *transmittance * -(-depth).exp_m1();
             self.opacity += opacity * brightness;
             self.light += opacity * brightness * light;
-            transmittance -= opacity;
-            if transmittance < 1e-3 {
+            *transmittance -= opacity;
+            if *transmittance < LEAST {
                 break;
             }
         }

@@ -30,10 +30,10 @@
 
 pub(crate) mod brightness;
 mod medium;
-mod places;
 mod sharpen;
+mod sheet;
 mod sky;
-mod slices;
 mod strengths;
 mod sweep;
 pub(crate) mod tables;
+mod vertices;

@@ -1,61 +1,64 @@
 //! Light at vertices, sharpened: between vertices straight lines lie above a curve by a twelfth of its second difference in the mean.
 
-use crate::bricks::cells::{TABLE_LEN, Table};
-use crate::shadow::slices::Stack;
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
+use resample_core::dispatch;
+use resample_core::simd::Vectors;
 
-/// The shares at the vertices of bricks, of which the square roots are less by a twelfth of their second differences along the three axes.
-/// `stack` is across z.
-pub(super) fn sharpened(stack: &Stack, shares: &[Table]) -> Vec<Table> {
-    let sides = stack.sides();
-    let none = vec![f32::NAN; stack.area()];
-    let [mut before, mut at, mut after] = [none.clone(), none.clone(), none];
-    let mut changed = stack.tables();
-    let fill = |slice: usize, roots: &mut [f32]| {
-        stack.fill(slice, shares, roots);
-        for root in roots {
-            *root = root.sqrt();
-        }
+use crate::shadow::vertices::{LANES, PaddedRow, Vertices, lanes};
+
+/// The square roots of shares at the vertices, less a twelfth of their second differences along the three axes.
+pub(super) fn sharpened_roots(vertices: &Vertices, shares: &[f32], level: Vectors) -> Vec<f32> {
+    let mut roots = vec![0.0; shares.len()];
+    let width = vertices.sides()[0];
+    let lines = || {
+        (
+            [(); 5].map(|()| PaddedRow::new(width)),
+            PaddedRow::new(width),
+        )
     };
-    fill(0, &mut after);
-    for slice in 0..stack.len() {
-        std::mem::swap(&mut before, &mut at);
-        std::mem::swap(&mut at, &mut after);
-        match slice + 1 {
-            next if next < stack.len() => fill(next, &mut after),
-            _ => after.fill(f32::NAN),
+    vertices.change_rows(&mut roots, lines, |(around, found), row, roots| {
+        let places = [[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]];
+        for (line, place) in around.iter_mut().zip(places) {
+            vertices.fill(vertices.beside(row, place), shares, line.inner());
         }
-        let (before, at, after) = (&before, &at, &after);
-        let [width, height] = sides;
-        let root = |x: usize, y: usize| {
-            let place = x + width * y;
-            let own = at[place];
-            let bend = |before: f32, after: f32| {
-                let bend = before + after - 2.0 * own;
-                if bend.is_nan() { 0.0 } else { bend }
-            };
-            let along_x = if x > 0 && x + 1 < width {
-                bend(at[place - 1], at[place + 1])
-            } else {
-                0.0
-            };
-            let along_y = if y > 0 && y + 1 < height {
-                bend(at[place - width], at[place + width])
-            } else {
-                0.0
-            };
-            let along_z = bend(before[place], after[place]);
-            (own - (along_x + along_y + along_z) * (1.0 / 12.0)).clamp(0.0, 1.0)
-        };
-        stack.change(slice, &mut changed, |brick, table| {
-            for row in stack.rows(brick, slice) {
-                let [first, y] = row.first;
-                for (x, share) in table[row.place..][..row.count].iter_mut().enumerate() {
-                    *share = root(first + x, y).powi(2);
-                }
-            }
-        });
+        for run in vertices.runs(row) {
+            let ends = [run.first, run.first + run.len];
+            dispatch!(level, simd => sharpen(simd, around, (ends, found)));
+            roots[vertices.in_row(row, run)].copy_from_slice(&found.inner()[ends[0]..ends[1]]);
+        }
+    });
+    roots
+}
+
+/// Sharpens the roots of a run, from those of its row and of the four rows around it.
+#[simd]
+fn sharpen<S: Simd>(
+    simd: S,
+    around: &[PaddedRow; 5],
+    ([first, end], found): ([usize; 2], &mut PaddedRow),
+) {
+    let zero = f32x16::splat(simd, 0.0);
+    let [own, y_before, y_after, z_before, z_after] = around;
+    let beside = [
+        [(own, LANES - 1), (own, LANES + 1)],
+        [(y_before, LANES), (y_after, LANES)],
+        [(z_before, LANES), (z_after, LANES)],
+    ];
+    for place in (first..end).step_by(LANES) {
+        let at = place + LANES;
+        let centre = lanes(simd, &own.0, at).sqrt();
+        let mut bends = zero;
+        for [(before, from), (after, to)] in beside {
+            let ends = lanes(simd, &before.0, from + place).sqrt()
+                + lanes(simd, &after.0, to + place).sqrt();
+            let bend = ends - centre * 2.0;
+            // NaN, where nothing is shown beside the vertex, counts as none.
+            bends += bend.simd_eq(bend).select(bend, zero);
+        }
+        let sharp = centre - bends * (1.0 / 12.0);
+        let sharp = sharp.max(zero).min(f32x16::splat(simd, 1.0));
+        sharp.store_slice(&mut found.0[at..][..LANES]);
     }
-    let mut tables = vec![[0.0; TABLE_LEN]; shares.len()];
-    stack.add_to_bricks(&changed, &mut tables);
-    tables
 }

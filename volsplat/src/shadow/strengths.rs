@@ -1,15 +1,19 @@
-//! The mean extinction around each vertex of the bricks, half a voxel to each side.
+//! The mean extinction around each vertex of the bricks, half a voxel to each side, and where it is skin.
 //!
 //! Sums of these means along lines of vertices are the optical depth between two vertices, of peaks that are narrower than a voxel too.
+//! Where matter begins within less than the way between two vertices, it is a skin.
 
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
 use glam::DVec3;
-use rayon::prelude::*;
+use resample_core::dispatch;
 use resample_core::narrow::single;
+use resample_core::simd::Vectors;
 
-use crate::bricks::cells::{TABLE_LEN, Table};
 use crate::look::clip::GridClip;
 use crate::shadow::medium::{Integral, Medium};
-use crate::shadow::slices::Stack;
+use crate::shadow::vertices::{LANES, PaddedRow, Vertices, lanes};
 
 /// Differences of the optical depth of a step, from vertex to vertex, between which the share of skin rises. Up to the first the light of a
 /// ramp of matter is right to 5 % wherever vertices lie in it, at the second to 16 %, at 10 to 60 %; as skin all of them are right to
@@ -20,205 +24,161 @@ const SKIN: [f32; 2] = [1.5, 3.0];
 /// from its truth without skin and 29 dB with it, at 2.3 it is hatched without skin; between them it is a guess.
 const SKIN_AT_CUT: [f32; 2] = [1.6, 2.3];
 
-/// For each brick, the mean extinction around its vertices, per opacity unit, 0 where nothing is shown, whatever a clip keeps of it. `stack`
-/// is across z, and `numbers` are those at the vertices, NaN where nothing is shown.
-pub(super) fn around_vertices(stack: &Stack, numbers: &[Table], medium: &Medium) -> Vec<Table> {
-    let mut strengths = match medium {
-        Medium::Extinction => numbers.to_vec(),
-        Medium::Scalars(integral) => of_scalars(stack, numbers, integral),
-    };
-    for strength in strengths.as_flattened_mut() {
-        // Where nothing is shown it is NaN.
-        *strength = strength.max(0.0);
-    }
-    strengths
+/// How far the matter around vertices is skin.
+pub(super) struct Skins {
+    /// 0 to 1, for each vertex.
+    pub(super) shares: Vec<f32>,
+    /// For each row, true if some of its vertices are skin.
+    pub(super) in_rows: Vec<bool>,
 }
 
-/// The numbers of three neighbouring slices, one after another.
-struct Around {
-    /// Before, at and after; NaN where nothing is shown.
-    slices: [Vec<f32>; 3],
-    width: usize,
-}
-
-impl Around {
-    fn new(stack: &Stack, numbers: &[Table]) -> Self {
-        let none = || vec![f32::NAN; stack.area()];
-        let mut slices = [none(), none(), none()];
-        stack.fill(0, numbers, &mut slices[2]);
-        let width = stack.sides()[0];
-        Self { slices, width }
-    }
-
-    /// Goes on to a slice.
-    fn advance(&mut self, stack: &Stack, slice: usize, numbers: &[Table]) {
-        self.slices.rotate_left(1);
-        match slice + 1 {
-            next if next < stack.len() => stack.fill(next, numbers, &mut self.slices[2]),
-            _ => self.slices[2].fill(f32::NAN),
-        }
-    }
-}
-
-fn of_scalars(stack: &Stack, numbers: &[Table], integral: &Integral) -> Vec<Table> {
-    let mut means = stack.tables();
-    let mut around = Around::new(stack, numbers);
-    let width = around.width;
-    let mut of_slice = vec![0.0; stack.area()];
-    for slice in 0..stack.len() {
-        around.advance(stack, slice, numbers);
-        let rows = of_slice.par_chunks_mut(width).enumerate();
-        rows.for_each(|(y, means)| means_of_row(integral, &around, y, means));
-        stack.change(slice, &mut means, |brick, table| {
-            for row in stack.rows(brick, slice) {
-                let [first, y] = row.first;
-                let means = &of_slice[first + width * y..][..row.count];
-                table[row.place..][..row.count].copy_from_slice(means);
-            }
-        });
-    }
-    let mut tables = vec![[0.0; TABLE_LEN]; numbers.len()];
-    stack.add_to_bricks(&means, &mut tables);
-    tables
-}
-
-/// The means over the halves of the ways from the vertices of a row to their neighbours; 0 where no neighbour is shown.
-fn means_of_row(integral: &Integral, around: &Around, y: usize, means: &mut [f32]) {
-    let width = around.width;
-    let [before, at, after] = &around.slices;
-    let row_of = |y: usize| y * width..(y + 1) * width;
-    let row = &at[y * width..][..width];
-    let beside = [
-        before.get(row_of(y)),
-        after.get(row_of(y)),
-        y.checked_sub(1).and_then(|y| at.get(row_of(y))),
-        at.get(row_of(y + 1)),
-    ];
-    // The way to the vertex before, which its own turn has found.
-    let mut from_last: Option<f32> = None;
-    for (x, mean) in means.iter_mut().enumerate() {
-        let own = row[x];
-        *mean = 0.0;
-        if own.is_nan() {
-            from_last = None;
-            continue;
-        }
-        let own = integral.place(own);
-        let (mut sum, mut count) = match from_last {
-            Some(mean) => (mean, 1.0),
-            None => (0.0, 0.0),
+impl Skins {
+    pub(super) fn new(vertices: &Vertices, shares: Vec<f32>) -> Self {
+        let rows = 0..vertices.row_count();
+        let has_skin = |row| {
+            shares[vertices.of_row(row)]
+                .iter()
+                .any(|share| *share > 0.0)
         };
-        let neighbours = beside.iter().flatten().map(|line| line[x]);
-        for neighbour in neighbours.filter(|neighbour| !neighbour.is_nan()) {
-            let half = integral.middle(own, integral.place(neighbour));
-            sum += integral.between(own, half);
-            count += 1.0;
-        }
-        from_last = None;
-        if let Some(next) = row.get(x + 1).filter(|next| !next.is_nan()) {
-            let next = integral.place(*next);
-            let half = integral.middle(own, next);
-            sum += integral.between(own, half);
-            count += 1.0;
-            from_last = Some(integral.between(next, half));
-        }
-        if count > 0.0 {
-            *mean = sum / count;
-        }
-    }
-}
-
-/// For each brick, how far the matter around each vertex is skin, 0 to 1: matter begins so steeply that light falls off within less than
-/// the way to a neighbour, where vertices cannot tell it. `step` is that way, opacity units.
-pub(super) fn skins(stack: &Stack, strengths: &[Table], clip: &GridClip, step: f32) -> Vec<Table> {
-    let mut skins = stack.tables();
-    let mut around = Around::new(stack, strengths);
-    let mut extremes = Extremes::new(stack.area());
-    extremes.take(&around);
-    for slice in 0..stack.len() {
-        around.advance(stack, slice, strengths);
-        extremes.take(&around);
-        let width = around.width;
-        stack.change(slice, &mut skins, |brick, table| {
-            for row in stack.rows(brick, slice) {
-                let mut in_grid = stack.in_grid(row, slice);
-                let first = row.first[0] + width * row.first[1];
-                for (x, skin) in table[row.place..][..row.count].iter_mut().enumerate() {
-                    let own = around.slices[1][first + x];
-                    let difference = extremes.difference(first + x, own);
-                    *skin = share_of(step * difference, SKIN);
-                    let of_cut = share_of(step * own, SKIN_AT_CUT);
-                    if of_cut > *skin {
-                        *skin = skin.max(of_cut * nearness(stack, clip, in_grid));
-                    }
-                    in_grid[stack.axes.across[0]] += 1.0;
-                }
-            }
-        });
-    }
-    let mut tables = vec![[0.0; TABLE_LEN]; strengths.len()];
-    stack.add_to_bricks(&skins, &mut tables);
-    tables
-}
-
-/// The least and the greatest number around each place of three neighbouring slices, one step to each side within its slice.
-struct Extremes {
-    least: [Vec<f32>; 3],
-    greatest: [Vec<f32>; 3],
-}
-
-impl Extremes {
-    fn new(area: usize) -> Self {
-        let none = || vec![f32::NAN; area];
         Self {
-            least: [none(), none(), none()],
-            greatest: [none(), none(), none()],
+            in_rows: rows.map(has_skin).collect(),
+            shares,
         }
-    }
-
-    /// Goes on to the slice that comes next.
-    fn take(&mut self, around: &Around) {
-        self.least.rotate_left(1);
-        self.greatest.rotate_left(1);
-        let (numbers, width) = (&around.slices[2][..], around.width);
-        spread(numbers, width, f32::min, &mut self.least[2]);
-        spread(numbers, width, f32::max, &mut self.greatest[2]);
-    }
-
-    /// The greatest difference of a place's number from those around it; NaN, where nothing is shown, counts as no difference.
-    fn difference(&self, place: usize, own: f32) -> f32 {
-        let of = |slices: &[Vec<f32>; 3]| [0, 1, 2].map(|slice: usize| slices[slice][place]);
-        let ([a, b, c], [d, e, f]) = (of(&self.least), of(&self.greatest));
-        let (least, greatest) = (a.min(b).min(c), d.max(e).max(f));
-        (own - least).max(greatest - own).max(0.0)
     }
 }
 
-/// Takes the least or the greatest of each number and its neighbours in a slice.
-fn spread(
+/// The mean extinction around each vertex, per opacity unit, 0 where nothing is shown, whatever a clip keeps of it. `numbers` are those at
+/// the vertices, NaN where nothing is shown.
+pub(super) fn around_vertices(
+    vertices: &Vertices,
     numbers: &[f32],
-    width: usize,
-    choose: impl Fn(f32, f32) -> f32 + Sync,
-    result: &mut [f32],
-) {
-    let rows = result.par_chunks_mut(width).enumerate();
-    rows.for_each(|(y, result)| {
-        let row = |y: usize| numbers.get(y * width..(y + 1) * width);
-        let mut of_column = numbers[y * width..][..width].to_vec();
-        let rows = [y.checked_sub(1).and_then(row), row(y + 1)];
-        for row in rows.into_iter().flatten() {
-            for (number, beside) in of_column.iter_mut().zip(row) {
-                *number = choose(*number, *beside);
-            }
+    medium: &Medium,
+    level: Vectors,
+) -> Vec<f32> {
+    let Medium::Scalars(integral) = medium else {
+        return numbers.iter().map(|number| number.max(0.0)).collect();
+    };
+    let mut means = vec![0.0; numbers.len()];
+    let width = vertices.sides()[0];
+    let lines = || {
+        (
+            [(); 5].map(|()| PaddedRow::new(width)),
+            PaddedRow::new(width),
+        )
+    };
+    vertices.change_rows(&mut means, lines, |(around, found), row, means| {
+        let places = [[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]];
+        for (line, place) in around.iter_mut().zip(places) {
+            vertices.fill(vertices.beside(row, place), numbers, line.inner());
         }
-        result.copy_from_slice(&of_column);
-        for (number, before) in result[1..].iter_mut().zip(&of_column) {
-            *number = choose(*number, *before);
-        }
-        for (number, after) in result.iter_mut().zip(&of_column[1..]) {
-            *number = choose(*number, *after);
+        for run in vertices.runs(row) {
+            let ends = [run.first, run.first + run.len];
+            dispatch!(level, simd => means_of_run(simd, integral, around, (ends, found)));
+            means[vertices.in_row(row, run)].copy_from_slice(&found.inner()[ends[0]..ends[1]]);
         }
     });
+    means
+}
+
+/// The means over the halves of the ways from the vertices of a run to their neighbours; 0 where no neighbour is shown.
+#[simd]
+fn means_of_run<S: Simd>(
+    simd: S,
+    integral: &Integral,
+    around: &[PaddedRow; 5],
+    ([first, end], found): ([usize; 2], &mut PaddedRow),
+) {
+    let zero = f32x16::splat(simd, 0.0);
+    let [own, y_before, y_after, z_before, z_after] = around;
+    let beside = [
+        (own, LANES - 1),
+        (own, LANES + 1),
+        (y_before, LANES),
+        (y_after, LANES),
+        (z_before, LANES),
+        (z_after, LANES),
+    ];
+    for place in (first..end).step_by(LANES) {
+        // Lines begin with so many numbers that belong to no vertex.
+        let at = place + LANES;
+        let from = integral.places(simd, lanes(simd, &own.0, at));
+        let (mut sum, mut count) = (zero, zero);
+        for (line, at) in beside {
+            let neighbour = lanes(simd, &line.0, at + place);
+            let half = integral.middle(simd, &from, neighbour);
+            let mean = integral.between(simd, &from, &half);
+            // NaN where no neighbour is shown.
+            let is_shown = mean.simd_eq(mean);
+            sum += is_shown.select(mean, zero);
+            count += is_shown.select(f32x16::splat(simd, 1.0), zero);
+        }
+        let mean = sum / count.max(f32x16::splat(simd, 1.0));
+        mean.store_slice(&mut found.0[at..][..LANES]);
+    }
+}
+
+/// How far the matter around each vertex is skin: matter begins so steeply that light falls off within less than the way to a neighbour,
+/// where vertices cannot tell it. `step` is that way, opacity units.
+pub(super) fn skins(vertices: &Vertices, strengths: &[f32], clip: &GridClip, step: f32) -> Skins {
+    let rows = 0..vertices.row_count();
+    let greatest = |row| {
+        strengths[vertices.of_row(row)]
+            .iter()
+            .copied()
+            .fold(0.0, f32::max)
+    };
+    let greatest: Vec<f32> = rows.map(greatest).collect();
+    let mut shares = vec![0.0; strengths.len()];
+    let width = vertices.sides()[0];
+    let lines = || [(); 3].map(|()| PaddedRow::new(width));
+    vertices.change_rows(&mut shares, lines, |lines, row, shares| {
+        let around = (-1..=1).flat_map(|z| (-1..=1).map(move |y| [y, z]));
+        let around = around.filter_map(|place| vertices.beside(row, place));
+        let most = around.clone().map(|row| greatest[row]).fold(0.0, f32::max);
+        if step * most <= SKIN[0].min(SKIN_AT_CUT[0]) {
+            return;
+        }
+        let [least, most, own] = lines;
+        for line in [&mut *least, &mut *most] {
+            line.0.fill(f32::NAN);
+        }
+        for row in around {
+            vertices.fill(Some(row), strengths, own.inner());
+            for (least, own) in least.0.iter_mut().zip(&own.0) {
+                *least = least.min(*own);
+            }
+            for (most, own) in most.0.iter_mut().zip(&own.0) {
+                *most = most.max(*own);
+            }
+        }
+        for run in vertices.runs(row) {
+            let mut in_grid = vertices.in_grid(row);
+            in_grid[vertices.axes[0]] += run.first as f64;
+            let start = vertices.of_row(row).start;
+            let at = vertices.in_row(row, run);
+            for (number, skin) in shares[at.clone()].iter_mut().enumerate() {
+                let own = strengths[start + at.start + number];
+                let beside = run.first + number + LANES;
+                let of = |line: &PaddedRow, choose: fn(f32, f32) -> f32| {
+                    choose(
+                        choose(line.0[beside - 1], line.0[beside]),
+                        line.0[beside + 1],
+                    )
+                };
+                // NaN, where nothing is shown, counts as no difference.
+                let difference = (own - of(least, f32::min))
+                    .max(of(most, f32::max) - own)
+                    .max(0.0);
+                *skin = share_of(step * difference, SKIN);
+                let of_cut = share_of(step * own, SKIN_AT_CUT);
+                if of_cut > *skin {
+                    *skin = skin.max(of_cut * nearness(vertices, clip, in_grid));
+                }
+                in_grid[vertices.axes[0]] += 1.0;
+            }
+        }
+    });
+    Skins::new(vertices, shares)
 }
 
 /// From 0 at the first depth to 1 at the second.
@@ -227,8 +187,8 @@ fn share_of(depth: f32, [from, to]: [f32; 2]) -> f32 {
 }
 
 /// 1 at the two vertices beside a cut, by the clip or by a face of the box, and 0 far from it.
-fn nearness(stack: &Stack, clip: &GridClip, at: DVec3) -> f32 {
-    let [low, high] = stack.ends();
+fn nearness(vertices: &Vertices, clip: &GridClip, at: DVec3) -> f32 {
+    let [low, high] = vertices.within.ends();
     let distance = (at - low).min(high - at).min_element();
     let distance = distance.min(clip.distance(at));
     single((3.0 - distance).clamp(0.0, 1.0))

@@ -1,14 +1,18 @@
 //! Columns of light, carried from slice to slice.
 
+use fearless_simd::f32x16;
+use fearless_simd::prelude::*;
+use fearless_simd_macros::simd;
 use glam::DVec3;
 use rayon::prelude::*;
-
+use resample_core::dispatch;
 use resample_core::narrow::{floor, single};
+use resample_core::simd::{Vectors, exp2};
 
-use crate::bricks::cells::Table;
 use crate::look::clip::GridClip;
-use crate::shadow::medium::Medium;
-use crate::shadow::slices::{Axes, LayerTables, Stack, VertexBox};
+use crate::shadow::medium::{Medium, Places};
+use crate::shadow::strengths::Skins;
+use crate::shadow::vertices::{LANES, PaddedRow, Vertices, lanes, mix};
 
 /// Steps of a column from one slice to the next. The field bends where a column passes from cell to cell: with one step a flat face of an
 /// engine had stripes that an eye sees, with two they are below 1/128.
@@ -17,139 +21,17 @@ const STEPS: usize = 2;
 /// Optical depths from here on let less through than the least byte tells.
 const MOST_DEPTH: f32 = 14.0;
 
-/// The columns of one direction, of which one stands at each whole place of the first slice.
-struct Columns {
-    axes: Axes,
-    within: VertexBox,
-    /// Towards the light, the slices rise or fall.
-    rises: bool,
-    /// How far a column moves from one slice to the next, vertices.
-    shift: [f64; 2],
-    /// Place of the first column in the first slice, and how many there are.
-    first: [i64; 2],
-    count: [usize; 2],
-    /// Length of a step, opacity units.
-    length: f32,
-}
-
-/// Where the columns stand in a slice: whole vertices and a share.
-#[derive(Clone, Copy)]
-struct Offset {
-    whole: [i64; 2],
-    share: [f32; 2],
-}
-
-/// A row of columns.
-struct Row<'a> {
-    depth: &'a mut [f32],
-    /// The number in the slice before; NaN where nothing is shown.
-    before: &'a mut [f32],
-    /// Square root of the transmittance.
-    root: &'a mut [f32],
-}
-
-impl Columns {
-    /// `step` goes from slice to slice away from the light, in the grid; `length` is its length in opacity units.
-    fn new(axes: Axes, within: VertexBox, step: DVec3, length: f64) -> Self {
-        let slices = within.len(axes.along);
-        let shift = axes.across.map(|axis| step[axis]);
-        let mut first = [0; 2];
-        let mut count = [0; 2];
-        for side in 0..2 {
-            let end = shift[side] * (slices - 1) as f64;
-            let last = within.len(axes.across[side]) as f64 - 1.0;
-            first[side] = floor((-end).min(0.0));
-            let top = -floor(end.min(0.0) - last);
-            count[side] = index(top - first[side] + 1);
-        }
-        Self {
-            axes,
-            within,
-            rises: step[axes.along] < 0.0,
-            shift,
-            first,
-            count,
-            length: single(length / STEPS as f64),
-        }
-    }
-
-    /// The slice of the stack that is the `number`-th on the way from the light.
-    fn slice(&self, number: usize) -> usize {
-        match self.rises {
-            true => self.within.len(self.axes.along) - 1 - number,
-            false => number,
-        }
-    }
-
-    /// Where the columns stand after so many slices.
-    fn offset(&self, slices: f64) -> Offset {
-        let moved = self.shift.map(|shift| shift * slices);
-        Offset {
-            whole: moved.map(floor),
-            share: moved.map(|moved| single(moved - moved.floor())),
-        }
-    }
-
-    /// The kept part of each column, in numbers of slices; empty where nothing is cut.
-    fn kept(&self, clip: &GridClip, step: DVec3) -> Vec<[f32; 2]> {
-        if clip.is_whole() {
-            return Vec::new();
-        }
-        let low = self.within.low;
-        let place = |index: usize| {
-            let (x, y) = (index % self.count[0], index / self.count[0]);
-            let mut origin = DVec3::ZERO;
-            for (side, at) in [x, y].into_iter().enumerate() {
-                let axis = self.axes.across[side];
-                origin[axis] = low[axis] as f64 + self.first[side] as f64 + at as f64;
-            }
-            let along = self.axes.along;
-            origin[along] = (low[along] + self.slice(0)) as f64;
-            clip.interval(origin, step).map(single)
-        };
-        (0..self.count[0] * self.count[1])
-            .into_par_iter()
-            .map(place)
-            .collect()
-    }
-}
-
-/// The numbers at the vertices of a slice.
-#[derive(Clone)]
-struct Slice {
-    width: usize,
-    numbers: Vec<f32>,
-}
-
-impl Slice {
-    /// Becomes the slice at this share of the way from one to another.
-    fn mix(&mut self, from: &Self, to: &Self, share: f32) {
-        if share == 1.0 {
-            return self.numbers.copy_from_slice(&to.numbers);
-        }
-        let ends = from.numbers.iter().zip(&to.numbers);
-        for (number, (from, to)) in self.numbers.iter_mut().zip(ends) {
-            *number = from + share * (to - from);
-        }
-    }
-}
-
-fn signed(count: usize) -> i64 {
-    i64::try_from(count).unwrap_or(i64::MAX)
-}
-
-/// A place as an index; one before the first is the first.
-fn index(place: i64) -> usize {
-    usize::try_from(place).unwrap_or(0)
-}
+/// Rows of a slice that a thread takes at once, at least.
+const ROWS: usize = 16;
 
 /// A light's direction in the grid.
 pub(super) struct Ray {
     /// Away from the light, in the grid, one slice long.
-    pub(super) step: DVec3,
+    step: DVec3,
     /// The length of a step, opacity units.
-    pub(super) length: f64,
-    pub(super) axes: Axes,
+    length: f64,
+    /// The axis across which slices lie.
+    pub(super) along: usize,
 }
 
 impl Ray {
@@ -163,7 +45,7 @@ impl Ray {
         Self {
             step: -towards / size[along],
             length: 1.0 / size[along],
-            axes: Axes::across(along),
+            along,
         }
     }
 }
@@ -201,140 +83,303 @@ impl Met {
 }
 
 /// The matter in the way of light.
+#[derive(Clone, Copy)]
 pub(super) struct Blocking<'a> {
-    /// For each brick, the numbers at its vertices.
-    pub(super) numbers: &'a [Table],
+    /// Their rows do not lie along the light's axis.
+    pub(super) vertices: &'a Vertices<'a>,
+    /// At the vertices, NaN where nothing is shown.
+    pub(super) numbers: &'a [f32],
     pub(super) medium: &'a Medium,
-    /// How far the matter around them is skin.
-    pub(super) skins: &'a [Table],
+    pub(super) skins: &'a Skins,
     pub(super) clip: &'a GridClip,
+    pub(super) level: Vectors,
 }
 
-/// Adds the transmittance towards the light to each vertex of the bricks, times a weight, and returns the light of all columns.
-pub(super) fn add(
-    matter: &Blocking,
-    (ray, stack): (&Ray, &Stack),
-    (tables, weight): (&mut LayerTables, f32),
-) -> Met {
-    let within = stack.within;
-    let columns = Columns::new(ray.axes, within, ray.step, ray.length);
-    let [width, height] = columns.count;
-    let kept = columns.kept(matter.clip, ray.step);
-    let mut depth = vec![0.0f32; width * height];
-    let mut before = vec![f32::NAN; width * height];
-    let mut root = vec![1.0f32; width * height];
-    let mut earlier = root.clone();
-    let area = stack.area();
-    let mut skins = vec![0.0; area];
-    let mut slice = Slice {
-        width: stack.sides()[0],
-        numbers: vec![f32::NAN; area],
-    };
-    let [mut last, mut between] = [slice.clone(), slice.clone()];
-    let mut light = LightSlices::new(area);
-    for number in 0..stack.len() {
+/// The columns of one direction, of which one stands at each whole place of the first slice.
+struct Columns {
+    /// Axes along rows, from row to row, and from slice to slice.
+    axes: [usize; 3],
+    /// Vertices along them.
+    sides: [usize; 3],
+    /// Least vertex of the slices.
+    low: [usize; 3],
+    /// Towards the light, the slices rise or fall.
+    rises: bool,
+    /// How far a column moves from one slice to the next, vertices.
+    shift: [f64; 2],
+    /// Place of the first column in the first slice, and how many there are.
+    first: [i64; 2],
+    count: [usize; 2],
+    /// Length of a step, opacity units.
+    length: f32,
+}
+
+/// Where the columns stand in a slice: whole vertices and a share.
+#[derive(Clone, Copy)]
+struct Offset {
+    whole: [i64; 2],
+    share: [f32; 2],
+}
+
+/// A row of columns.
+struct Row {
+    depth: Vec<f32>,
+    /// The number in the step before as a place in the table, or as it is; NaN where nothing is shown.
+    before: Vec<f32>,
+    /// The integral up to it.
+    sums: Vec<f64>,
+    rest: Vec<f32>,
+    /// Square root of the transmittance, at the slice and at the one before.
+    roots: [Vec<f32>; 2],
+    /// The part of each column that a clip keeps, in numbers of slices; empty where nothing is cut.
+    kept: Vec<[f32; 2]>,
+}
+
+impl Columns {
+    fn new(vertices: &Vertices, ray: &Ray) -> Self {
+        let [fast, row, slice] = vertices.axes;
+        let across = if ray.along == slice { row } else { slice };
+        let axes = [fast, across, ray.along];
+        let sides = axes.map(|axis| vertices.within.len(axis));
+        let shift = [fast, across].map(|axis| ray.step[axis]);
+        let mut first = [0; 2];
+        let mut count = [0; 2];
+        for side in 0..2 {
+            let end = shift[side] * (sides[2] - 1) as f64;
+            let last = sides[side] as f64 - 1.0;
+            first[side] = floor((-end).min(0.0));
+            let top = -floor(end.min(0.0) - last);
+            count[side] = index(top - first[side] + 1);
+        }
+        Self {
+            axes,
+            sides,
+            low: vertices.within.low,
+            rises: ray.step[ray.along] < 0.0,
+            shift,
+            first,
+            count,
+            length: single(ray.length / STEPS as f64),
+        }
+    }
+
+    /// The slice that is the `number`-th on the way from the light.
+    fn slice(&self, number: usize) -> usize {
+        match self.rises {
+            true => self.sides[2] - 1 - number,
+            false => number,
+        }
+    }
+
+    /// Where the columns stand after so many slices.
+    fn offset(&self, slices: f64) -> Offset {
+        let moved = self.shift.map(|shift| shift * slices);
+        Offset {
+            whole: moved.map(floor),
+            share: moved.map(|moved| single(moved - moved.floor())),
+        }
+    }
+
+    /// All columns, by row, where light enters.
+    fn rows(&self, clip: &GridClip, step: DVec3) -> Vec<Row> {
+        let width = self.count[0] + LANES;
+        let kept = |y: usize| {
+            let place = |x: usize| {
+                let mut origin = DVec3::ZERO;
+                for (side, at) in [x, y].into_iter().enumerate() {
+                    let axis = self.axes[side];
+                    origin[axis] = self.low[axis] as f64 + self.first[side] as f64 + at as f64;
+                }
+                let along = self.axes[2];
+                origin[along] = (self.low[along] + self.slice(0)) as f64;
+                clip.interval(origin, step).map(single)
+            };
+            (0..width).map(place).collect()
+        };
+        let rows = (0..self.count[1]).into_par_iter().map(|y| Row {
+            depth: vec![0.0; width],
+            before: vec![f32::NAN; width],
+            sums: vec![0.0; width],
+            rest: vec![0.0; width],
+            roots: [vec![1.0; width], vec![1.0; width]],
+            kept: if clip.is_whole() { Vec::new() } else { kept(y) },
+        });
+        rows.collect()
+    }
+}
+
+fn signed(count: usize) -> i64 {
+    i64::try_from(count).unwrap_or(i64::MAX)
+}
+
+/// A place as an index; one before the first is the first.
+fn index(place: i64) -> usize {
+    usize::try_from(place).unwrap_or(0)
+}
+
+/// Adds the transmittance towards the light to each vertex, times a weight, and returns the light of all columns.
+pub(super) fn add(matter: &Blocking, ray: &Ray, (shares, weight): (&mut [f32], f32)) -> Met {
+    let vertices = matter.vertices;
+    let columns = Columns::new(vertices, ray);
+    let [width, height, slices] = columns.sides;
+    let row_of = |y: usize, slice: usize| vertices.row_at(columns.axes[1], [y, slice]);
+    let mut by_slice: Vec<Vec<(usize, &mut [f32])>> = Vec::new();
+    by_slice.resize_with(slices, || Vec::with_capacity(height));
+    for (row, shares) in vertices.split(shares).into_iter().enumerate() {
+        let [_, slice] = vertices.place_of_row(row, columns.axes[1]);
+        by_slice[slice].push((row, shares));
+    }
+    let mut rows = columns.rows(matter.clip, ray.step);
+    let plane = || -> Vec<PaddedRow> { (0..height).map(|_| PaddedRow::new(width)).collect() };
+    let [mut last, mut slice] = [plane(), plane()];
+    let mut light = LightSlices::new([plane(), plane(), plane()]);
+    for number in 0..slices {
         let at = columns.slice(number);
         std::mem::swap(&mut last, &mut slice);
-        stack.fill(at, matter.numbers, &mut slice.numbers);
-        stack.fill(at, matter.skins, &mut skins);
-        earlier.copy_from_slice(&root);
-        for step in 1..=STEPS {
-            let share = step as f32 / STEPS as f32;
-            let slices = (number as f32 - 1.0 + share).max(0.0);
-            between.mix(&last, &slice, share);
-            let carried = depth
-                .par_chunks_mut(width)
-                .zip(before.par_chunks_mut(width))
-                .zip(root.par_chunks_mut(width));
-            carried
-                .enumerate()
-                .for_each(|(y, ((depth, before), root))| {
-                    let row = Row {
-                        depth,
-                        before,
-                        root,
-                    };
-                    let kept = kept.get(y * width..(y + 1) * width);
-                    columns.advance(row, y, &between, (matter.medium, kept, slices));
-                });
-        }
+        let lines = slice.par_iter_mut().enumerate().with_min_len(ROWS);
+        lines
+            .for_each(|(y, line)| vertices.fill(Some(row_of(y, at)), matter.numbers, line.inner()));
+        let carried = rows.par_iter_mut().enumerate().with_min_len(ROWS);
+        carried.for_each(|(y, row)| {
+            let slices = [&last, &slice].map(|slice| &slice[..]);
+            dispatch!(matter.level, simd => columns.advance(simd, (row, y), slices, (matter.medium, number)));
+        });
         let offset = columns.offset(number as f64);
-        columns.to_vertices([&root, &earlier], offset, (light.next(), &skins));
+        let lines = light.next().par_iter_mut().enumerate().with_min_len(ROWS);
+        let skin = || PaddedRow::new(width);
+        lines.for_each_init(skin, |skin, (y, line)| {
+            let row = row_of(y, at);
+            let skins = matter.skins.in_rows[row].then(|| {
+                skin.0.fill(0.0);
+                vertices.place(row, &matter.skins.shares, skin.inner());
+                &*skin
+            });
+            dispatch!(matter.level, simd => columns.to_vertices(simd, &rows, offset, (y, line, skins)));
+        });
         if let Some(before) = number.checked_sub(1) {
-            let roots = light.sharpened(slice.width, columns.offset(before as f64));
-            add_slice(stack, columns.slice(before), &roots, (tables, weight));
+            let rows = &mut by_slice[columns.slice(before)];
+            light.add_to(matter, rows, (columns.offset(before as f64), weight));
         }
     }
     light.end();
-    let last = stack.len() - 1;
-    let roots = light.sharpened(slice.width, columns.offset(last as f64));
-    let last = columns.slice(last);
-    add_slice(stack, last, &roots, (tables, weight));
+    let last = slices - 1;
+    let of_last = &mut by_slice[columns.slice(last)];
+    light.add_to(matter, of_last, (columns.offset(last as f64), weight));
     let mut met = Met::default();
-    for root in root {
-        met.add(Met::of_column(f64::from(root * root)));
+    for row in rows {
+        for root in &row.roots[0][..columns.count[0]] {
+            met.add(Met::of_column(f64::from(root * root)));
+        }
     }
     met
 }
 
 impl Columns {
-    /// Carries a row of columns a step on, so many slices from the first.
-    fn advance(
+    /// Carries a row of columns on to a slice, from the one before.
+    #[simd]
+    fn advance<S: Simd>(
         &self,
-        row: Row,
-        y: usize,
-        slice: &Slice,
-        (medium, kept, slices): (&Medium, Option<&[[f32; 2]]>, f32),
+        simd: S,
+        (row, y): (&mut Row, usize),
+        [last, slice]: [&[PaddedRow]; 2],
+        (medium, number): (&Medium, usize),
     ) {
-        const STEP: f32 = 1.0 / STEPS as f32;
-        let offset = self.offset(f64::from(slices));
-        let height = slice.numbers.len() / slice.width;
-        let [share_x, share_y] = offset.share;
-        let beside = |share: f32| usize::from(share > 0.0);
-        let above = usize::try_from(self.first[1] + signed(y) + offset.whole[1]);
-        let Some(above) = above.ok().filter(|above| above + beside(share_y) < height) else {
-            row.before.fill(f32::NAN);
-            return;
-        };
-        let line = |y: usize| &slice.numbers[y * slice.width..][..slice.width];
-        let (near, far) = (line(above), line(above + beside(share_y)));
-        // Columns that stand in the slice.
-        let first = self.first[0] + offset.whole[0];
-        let end = signed(slice.width - beside(share_x)) - first;
-        let [start, end] = [-first, end].map(|end| index(end).min(self.count[0]));
-        // The vertex of the first of them.
-        let vertex = index(first);
-        row.before[..start].fill(f32::NAN);
-        row.before[end..].fill(f32::NAN);
-        for column in start..end {
-            let x = column - start + vertex;
-            let next = x + beside(share_x);
-            let mix = |line: &[f32]| line[x] + share_x * (line[next] - line[x]);
-            let (a, b) = (mix(near), mix(far));
-            let value = a + share_y * (b - a);
-            let last = std::mem::replace(&mut row.before[column], value);
-            if value.is_nan() || last.is_nan() || row.depth[column] >= MOST_DEPTH {
+        for step in 1..=STEPS {
+            let share = step as f32 / STEPS as f32;
+            let slices = (number as f32 - 1.0 + share).max(0.0);
+            let offset = self.offset(f64::from(slices));
+            let [share_x, share_y] = offset.share;
+            let beside = |share: f32| usize::from(share > 0.0);
+            let above = usize::try_from(self.first[1] + signed(y) + offset.whole[1]);
+            let above = above
+                .ok()
+                .filter(|above| above + beside(share_y) < slice.len());
+            let Some(above) = above else {
+                row.before.fill(f32::NAN);
                 continue;
-            }
-            let part = kept.map_or(1.0, |kept| {
-                let [from, to] = kept[column];
-                (to.min(slices) - from.max(slices - STEP)).clamp(0.0, STEP) / STEP
-            });
-            let added = medium.mean(last, value) * self.length * part;
-            if added > 0.0 {
-                row.depth[column] += added;
-                row.root[column] = (-0.5 * row.depth[column]).exp();
+            };
+            // Columns that stand in the slice.
+            let first = self.first[0] + offset.whole[0];
+            let end = signed(self.sides[0] - beside(share_x)) - first;
+            let [start, end] = [-first, end].map(|end| index(end).min(self.count[0]));
+            row.before[..start].fill(f32::NAN);
+            row.before[end..].fill(f32::NAN);
+            // The vertex of the first of them.
+            let vertex = index(first) + LANES;
+            let lines = [last, slice]
+                .map(|slice| [above, above + beside(share_y)].map(|y| &slice[y].0[..]));
+            for column in (start..end).step_by(LANES) {
+                let place = vertex + column - start;
+                let places = [place, place + beside(share_x)];
+                let mut value = bilinear(simd, lines[1], places, offset.share);
+                if share < 1.0 {
+                    let before = bilinear(simd, lines[0], places, offset.share);
+                    value = mix(before, value, share);
+                }
+                self.step(simd, (row, column), value, (medium, slices));
             }
         }
+        row.roots.swap(0, 1);
+        let [roots, _] = &mut row.roots;
+        for column in (0..self.count[0]).step_by(LANES) {
+            let depth = lanes(simd, &row.depth, column) * (-0.5 * std::f32::consts::LOG2_E);
+            exp2(simd, depth).store_slice(&mut roots[column..][..LANES]);
+        }
+    }
+
+    /// Carries columns on to where the number is `value`.
+    #[inline(always)]
+    fn step<S: Simd>(
+        &self,
+        simd: S,
+        (row, column): (&mut Row, usize),
+        value: f32x16<S>,
+        (medium, slices): (&Medium, f32),
+    ) {
+        const STEP: f32 = 1.0 / STEPS as f32;
+        let depth = lanes(simd, &row.depth, column);
+        if depth.simd_ge(f32x16::splat(simd, MOST_DEPTH)).all_true() {
+            return;
+        }
+        let last = lanes(simd, &row.before, column);
+        let mean = match medium {
+            Medium::Extinction => {
+                value.store_slice(&mut row.before[column..][..LANES]);
+                (last + value) * 0.5
+            }
+            Medium::Scalars(integral) => {
+                if !value.simd_eq(value).any_true() {
+                    return row.before[column..][..LANES].fill(f32::NAN);
+                }
+                let to = integral.places(simd, value);
+                let from = row.places(simd, column);
+                row.keep(column, &to);
+                integral.between(simd, &from, &to)
+            }
+        };
+        let mut added = mean * self.length;
+        if !row.kept.is_empty() {
+            let mut parts = [0.0; LANES];
+            for (part, [from, to]) in parts.iter_mut().zip(&row.kept[column..]) {
+                *part = (to.min(slices) - from.max(slices - STEP)).clamp(0.0, STEP) / STEP;
+            }
+            added *= f32x16::simd_from(simd, parts);
+        }
+        let zero = f32x16::splat(simd, 0.0);
+        // NaN, where nothing is shown, adds nothing.
+        let added = added.simd_gt(zero).select(added, zero);
+        (depth + added).store_slice(&mut row.depth[column..][..LANES]);
     }
 
     /// The square root of the transmittance at the vertices of a slice, between the columns around each; of skin, by the light one slice
     /// earlier.
-    fn to_vertices(
+    #[simd]
+    fn to_vertices<S: Simd>(
         &self,
-        [root, earlier]: [&[f32]; 2],
+        simd: S,
+        rows: &[Row],
         offset: Offset,
-        (vertices, skins): (&mut [f32], &[f32]),
+        (line, vertices, skins): (usize, &mut PaddedRow, Option<&PaddedRow>),
     ) {
         // The column at the first vertex, or before it where columns stand beside vertices, and how far on the vertex is.
         let place = |side: usize| {
@@ -348,33 +393,58 @@ impl Columns {
             (index(column), usize::from(share > 0.0), share)
         };
         let ((x, next_x, share_x), (y, next_y, share_y)) = (place(0), place(1));
-        let width = self.within.len(self.axes.across[0]);
-        let lines = vertices.par_chunks_mut(width).enumerate();
-        lines.for_each(|(line, vertices)| {
-            let skins = &skins[line * width..][..width];
-            let rows = [root, earlier].map(|root| {
-                [line, line + next_y].map(|y_row| {
-                    let first = x + (y + y_row) * self.count[0];
-                    &root[first..][..width + next_x]
-                })
-            });
-            let at = |[near, far]: [&[f32]; 2], number: usize| {
-                let mix =
-                    |line: &[f32]| line[number] + share_x * (line[number + next_x] - line[number]);
-                let (a, b) = (mix(near), mix(far));
-                a + share_y * (b - a)
-            };
-            for (number, vertex) in vertices.iter_mut().enumerate() {
-                *vertex = at(rows[0], number);
-                let skin = skins[number];
-                // It is NaN where nothing is shown.
-                if skin > 0.0 {
-                    let of_skin = SKIN_ROOT * at(rows[1], number);
-                    *vertex += skin * (of_skin - *vertex);
-                }
+        let width = self.sides[0];
+        let [near, far] = [&rows[y + line].roots, &rows[y + line + next_y].roots];
+        let shares = [share_x, share_y];
+        for vertex in (0..width).step_by(LANES) {
+            let columns = [x + vertex, x + vertex + next_x];
+            let mut root = bilinear(simd, [&near[0], &far[0]], columns, shares);
+            if let Some(skins) = skins {
+                let earlier = bilinear(simd, [&near[1], &far[1]], columns, shares);
+                root += lanes(simd, &skins.0, LANES + vertex) * (earlier * SKIN_ROOT - root);
             }
-        });
+            root.store_slice(&mut vertices.0[LANES + vertex..][..LANES]);
+        }
+        // Beyond its ends a row is as bright.
+        let [first, end] = [LANES, LANES + width];
+        vertices.0[first - 1] = vertices.0[first];
+        vertices.0[end] = vertices.0[end - 1];
     }
+}
+
+impl Row {
+    /// The numbers of the step before.
+    #[inline(always)]
+    fn places<S: Simd>(&self, simd: S, column: usize) -> Places<S> {
+        let mut sums = [0.0; LANES];
+        sums.copy_from_slice(&self.sums[column..][..LANES]);
+        Places {
+            at: lanes(simd, &self.before, column),
+            sums,
+            rest: lanes(simd, &self.rest, column),
+            strengths: f32x16::splat(simd, 0.0),
+        }
+    }
+
+    #[inline(always)]
+    fn keep<S: Simd>(&mut self, column: usize, places: &Places<S>) {
+        self.sums[column..][..LANES].copy_from_slice(&places.sums);
+        places.at.store_slice(&mut self.before[column..][..LANES]);
+        places.rest.store_slice(&mut self.rest[column..][..LANES]);
+    }
+}
+
+/// The numbers between those of two rows at two places, at these shares of the way along a row and from row to row.
+#[inline(always)]
+fn bilinear<S: Simd>(
+    simd: S,
+    [near, far]: [&[f32]; 2],
+    [place, next]: [usize; 2],
+    [along, across]: [f32; 2],
+) -> f32x16<S> {
+    let of_near = mix(lanes(simd, near, place), lanes(simd, near, next), along);
+    let of_far = mix(lanes(simd, far, place), lanes(simd, far, next), along);
+    mix(of_near, of_far, across)
 }
 
 /// The mean transmittance of an opaque surface is 1/2 over the light that it takes; a skin has its square root.
@@ -382,88 +452,110 @@ const SKIN_ROOT: f32 = std::f32::consts::FRAC_1_SQRT_2;
 
 /// The light at the vertices of three slices, one after another.
 struct LightSlices {
-    before: Vec<f32>,
-    at: Vec<f32>,
-    after: Vec<f32>,
+    /// Before, at and after.
+    slices: [Vec<PaddedRow>; 3],
     count: usize,
 }
 
 impl LightSlices {
-    fn new(len: usize) -> Self {
-        let none = || vec![1.0; len];
-        Self {
-            before: none(),
-            at: none(),
-            after: none(),
-            count: 0,
-        }
+    fn new(slices: [Vec<PaddedRow>; 3]) -> Self {
+        Self { slices, count: 0 }
     }
 
     /// Goes on, and lends the slice that comes next.
-    fn next(&mut self) -> &mut [f32] {
-        std::mem::swap(&mut self.before, &mut self.at);
-        std::mem::swap(&mut self.at, &mut self.after);
+    fn next(&mut self) -> &mut [PaddedRow] {
+        self.slices.rotate_left(1);
         if self.count == 1 {
             // Before the first slice it is as bright.
-            self.before.copy_from_slice(&self.at);
+            let [before, at, _] = &mut self.slices;
+            copy(at, before);
         }
         self.count += 1;
-        &mut self.after
+        &mut self.slices[2]
     }
 
     /// Goes on where no slice is left.
     fn end(&mut self) {
-        let last = self.after.clone();
-        self.next().copy_from_slice(&last);
+        self.next();
+        let [_, at, after] = &mut self.slices;
+        copy(at, after);
     }
 
-    /// The light of the slice in the middle, less parts of its second differences. Between vertices straight lines lie above a curve by a
+    /// Adds the transmittance of the slice in the middle to its vertices, times a weight.
+    ///
+    /// Its light is less by parts of its second differences. Between vertices straight lines lie above a curve by a
     /// twelfth of them along each axis in the mean. Where columns stand beside vertices, the lines between columns lie above it by
     /// s (1 - s) / 2 of them, s being the share of the way: without this a flat face had stripes where columns drift across it.
-    fn sharpened(&self, width: usize, offset: Offset) -> Vec<f32> {
+    fn add_to(
+        &self,
+        matter: &Blocking,
+        rows: &mut [(usize, &mut [f32])],
+        (offset, weight): (Offset, f32),
+    ) {
         const MEAN: f32 = 1.0 / 12.0;
         let [along_x, along_y] = offset.share.map(|share| MEAN + 0.5 * share * (1.0 - share));
-        let height = self.at.len() / width;
-        let mut sharpened = vec![0.0; self.at.len()];
-        let lines = sharpened.par_chunks_mut(width).enumerate();
-        lines.for_each(|(y, line)| {
-            let own = line_of(&self.at, width, y);
-            let rows = [y.saturating_sub(1), (y + 1).min(height - 1)];
-            let rows = rows.map(|y| line_of(&self.at, width, y));
-            let slices = [&self.before, &self.after].map(|slice| line_of(slice, width, y));
-            for (x, to) in line.iter_mut().enumerate() {
-                let root = own[x];
-                let bend = |[before, after]: [f32; 2]| before + after - 2.0 * root;
-                let columns = [x.saturating_sub(1), (x + 1).min(width - 1)];
-                let bends = along_x * bend(columns.map(|x| own[x]))
-                    + along_y * bend(rows.map(|row| row[x]))
-                    + MEAN * bend(slices.map(|slice| slice[x]));
-                *to = (root - bends).clamp(0.0, 1.0);
+        let height = rows.len();
+        let [before, at, after] = &self.slices;
+        let padded = || PaddedRow(at[0].0.clone());
+        let rows = rows.par_iter_mut().enumerate().with_min_len(ROWS);
+        rows.for_each_init(padded, |found, (y, (row, shares))| {
+            let sharp = Sharpening {
+                lines: [
+                    &at[y],
+                    &at[y.saturating_sub(1)],
+                    &at[(y + 1).min(height - 1)],
+                    &before[y],
+                    &after[y],
+                ],
+                bends: [along_x, along_y, MEAN],
+            };
+            for run in matter.vertices.runs(*row) {
+                let ends = [run.first, run.first + run.len];
+                dispatch!(matter.level, simd => sharp.transmittances(simd, ends, found));
+                let found = &found.inner()[ends[0]..ends[1]];
+                for (share, found) in shares[matter.vertices.in_row(*row, run)]
+                    .iter_mut()
+                    .zip(found)
+                {
+                    *share += weight * found;
+                }
             }
         });
-        sharpened
     }
 }
 
-fn line_of(slice: &[f32], width: usize, y: usize) -> &[f32] {
-    &slice[y * width..][..width]
+fn copy(from: &[PaddedRow], to: &mut [PaddedRow]) {
+    for (from, to) in from.iter().zip(to) {
+        to.0.copy_from_slice(&from.0);
+    }
 }
 
-/// Adds the transmittance of a slice to the vertices of its bricks, times a weight.
-fn add_slice(
-    stack: &Stack,
-    slice: usize,
-    roots: &[f32],
-    (tables, weight): (&mut LayerTables, f32),
-) {
-    let width = stack.sides()[0];
-    stack.change(slice, tables, |brick, table| {
-        for row in stack.rows(brick, slice) {
-            let [x, y] = row.first;
-            let line = &roots[x + width * y..][..row.count];
-            for (number, root) in line.iter().enumerate() {
-                table[row.place + number * row.stride] += weight * root * root;
-            }
+/// A row of light, less parts of its second differences.
+struct Sharpening<'a> {
+    /// The row, those before and after it in its slice, and those in the slices beside it.
+    lines: [&'a PaddedRow; 5],
+    /// Along the row, from row to row and from slice to slice.
+    bends: [f32; 3],
+}
+
+impl Sharpening<'_> {
+    /// The transmittances at the vertices from a first to an end.
+    #[simd]
+    fn transmittances<S: Simd>(&self, simd: S, [first, end]: [usize; 2], found: &mut PaddedRow) {
+        let [own, y_before, y_after, z_before, z_after] = self.lines;
+        let [x, y, z] = self.bends;
+        for place in (first..end).step_by(LANES) {
+            let at = place + LANES;
+            let root = lanes(simd, &own.0, at);
+            let along_x = lanes(simd, &own.0, at - 1) + lanes(simd, &own.0, at + 1);
+            let along_y = lanes(simd, &y_before.0, at) + lanes(simd, &y_after.0, at);
+            let along_z = lanes(simd, &z_before.0, at) + lanes(simd, &z_after.0, at);
+            let bends = (along_x - root * 2.0) * x
+                + (along_y - root * 2.0) * y
+                + (along_z - root * 2.0) * z;
+            let sharp = (root - bends).max(f32x16::splat(simd, 0.0));
+            let sharp = sharp.min(f32x16::splat(simd, 1.0));
+            (sharp * sharp).store_slice(&mut found.0[at..][..LANES]);
         }
-    });
+    }
 }

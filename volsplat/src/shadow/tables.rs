@@ -5,22 +5,19 @@ use rayon::prelude::*;
 use resample_core::narrow::{code8, single, whole};
 use resample_core::simd::Vectors;
 
-use crate::bricks::cells::{
-    ByteTable, CellField, FaceBytes, FromDifferences, TABLE_LEN, Table, faces_of,
-};
+use crate::bricks::cells::{ByteTable, CellBrick, CellField, FaceBytes, FromDifferences, faces_of};
 use crate::grid::in_unit;
 use crate::light::{FULL_LIGHT, Gains, GradientRamp};
 use crate::look::clip::GridClip;
 use crate::look::options::Shadow;
 use crate::shadow::brightness::{Falls, Lit};
 use crate::shadow::medium::Medium;
-use crate::shadow::places::Places;
-use crate::shadow::sharpen::sharpened;
-use crate::shadow::sky::Sky;
-use crate::shadow::slices::{Axes, LayerTables, Numbers, Stack};
-use crate::shadow::strengths::{around_vertices, skins};
+use crate::shadow::sharpen::sharpened_roots;
+use crate::shadow::sky::{Around, Line, Sky};
+use crate::shadow::strengths::{Skins, around_vertices, skins};
 use crate::shadow::sweep::{Blocking, Met, Ray, add};
-use crate::slabs::settings::ChannelSettings;
+use crate::shadow::vertices::Vertices;
+use crate::slabs::settings::{ChannelSettings, Reading, Role};
 use crate::slabs::table::TransferTable;
 
 /// Directions over the disc of a light that has a size: at least, and at most, which one of 10 degrees has. So smaller ones, whose half shadows are
@@ -90,16 +87,21 @@ pub(crate) struct Caster<'a> {
 
 /// The matter of a field.
 pub(crate) struct Matter<'a> {
-    /// The slices across z; `None` where there is no brick.
-    stack: Option<Stack<'a>>,
-    /// For each brick, the numbers at its vertices.
-    numbers: Vec<Table>,
-    /// How they become extinction.
+    /// Its vertices, in rows along x; `None` where there is no brick.
+    found: Option<Found<'a>>,
+    /// How numbers become extinction.
     medium: Medium,
-    /// For each brick, the mean extinction around its vertices, per opacity unit.
-    strengths: Vec<Table>,
-    /// For each brick, how far the matter around its vertices is skin.
-    skins: Vec<Table>,
+}
+
+/// Matter at vertices.
+struct Found<'a> {
+    vertices: Vertices<'a>,
+    /// Scalars or extinction, NaN where nothing is shown.
+    numbers: Vec<f32>,
+    /// The mean extinction around them, per opacity unit.
+    strengths: Vec<f32>,
+    /// How far the matter around them is skin.
+    skins: Skins,
 }
 
 impl<'a> Caster<'a> {
@@ -117,40 +119,64 @@ impl<'a> Caster<'a> {
 
     /// The matter that takes light.
     pub(crate) fn matter(&self) -> Matter<'a> {
-        let (numbers, medium) = self.numbers();
-        let stack = Stack::new(self.field, Axes::across(2));
-        let [x, y, z] = self.spacing();
-        let step = x.min(y).min(z);
-        let found = stack.as_ref().map(|stack| {
-            let strengths = around_vertices(stack, &numbers, &medium);
-            let skins = skins(stack, &strengths, self.clip, step);
-            (strengths, skins)
-        });
-        let (strengths, skins) = found.unwrap_or_default();
-        Matter {
-            stack,
-            numbers,
-            medium,
-            strengths,
-            skins,
-        }
-    }
-
-    /// The numbers at the vertices of the bricks, and how they become extinction.
-    fn numbers(&self) -> (Vec<Table>, Medium) {
         let medium = match self.surface {
             Some(scalar) => Medium::of_surface(&self.channels[0].table, scalar),
             None => Medium::new(self.channels, self.ramp.is_some()),
         };
+        let [x, y, z] = self.spacing();
+        let step = x.min(y).min(z);
+        let found = Vertices::new(self.field, [0, 1, 2]).map(|vertices| {
+            let numbers = self.numbers(&vertices, &medium);
+            let strengths = around_vertices(&vertices, &numbers, &medium, self.level);
+            let skins = skins(&vertices, &strengths, self.clip, step);
+            Found {
+                vertices,
+                numbers,
+                strengths,
+                skins,
+            }
+        });
+        Matter { found, medium }
+    }
+
+    /// The numbers at vertices, NaN where the mask hides them.
+    fn numbers(&self, vertices: &Vertices, medium: &Medium) -> Vec<f32> {
         let in_pictures = in_unit(self.world_from_index, self.length);
         let from_differences = FromDifferences::new(&in_pictures.matrix3);
-        let numbers = Numbers {
-            channels: self.channels,
-            ramp: self.ramp,
-            from_differences: &from_differences,
-            are_scalars: matches!(medium, Medium::Scalars(_)),
-        };
-        (numbers.of_bricks(&self.field.bricks), medium)
+        let are_scalars = matches!(medium, Medium::Scalars(_));
+        vertices.numbers(|brick, vertex| {
+            if brick.mask.as_ref().is_some_and(|mask| mask[vertex] == 0) {
+                return f32::NAN;
+            }
+            if are_scalars {
+                return brick.scalars.at(vertex);
+            }
+            self.extinction((brick, vertex), &from_differences)
+        })
+    }
+
+    /// The sum over the channels.
+    fn extinction(
+        &self,
+        (brick, vertex): (&CellBrick, usize),
+        from_differences: &FromDifferences,
+    ) -> f32 {
+        let mut sum = 0.0;
+        for (number, channel) in self.channels.iter().enumerate() {
+            if channel.role != Role::Extinction {
+                continue;
+            }
+            let cells = brick.channel(number);
+            let strength = channel.table.at(cells.scalars.at(vertex))[3];
+            let factor = match (&self.ramp, cells.gradients, channel.reading) {
+                (Some(ramp), Some(gradients), Reading::Trilinear) => {
+                    ramp.of_gradient(gradients.at(vertex, from_differences))
+                }
+                _ => 1.0,
+            };
+            sum += strength * factor;
+        }
+        sum
     }
 }
 
@@ -162,89 +188,130 @@ impl LightTables {
         towards: DVec3,
         shadow: &Shadow,
     ) -> Self {
-        let field = caster.field;
-        let blocking = Blocking {
-            numbers: &matter.numbers,
-            medium: &matter.medium,
-            skins: &matter.skins,
-            clip: caster.clip,
+        let Some(found) = &matter.found else {
+            return Self::none();
         };
         let index_from_world = caster.world_from_index.matrix3.inverse();
         let directions = directions(towards, shadow.light_size_deg);
         let weight = 1.0 / directions.len() as f32;
-        let mut by_axis: [Option<(Stack, LayerTables)>; 3] = [const { None }; 3];
+        let rays = directions
+            .into_iter()
+            .map(|direction| Ray::new(index_from_world * direction * caster.opacity_unit));
+        // Columns that follow rows want other rows.
+        let (along_rows, across): (Vec<Ray>, Vec<Ray>) = rays.partition(|ray| ray.along == 0);
         let mut met = Met::default();
-        for direction in directions {
-            let ray = Ray::new(index_from_world * direction * caster.opacity_unit);
-            let of_axis = &mut by_axis[ray.axes.along];
-            if of_axis.is_none() {
-                *of_axis = Stack::new(field, ray.axes).map(|stack| {
-                    let tables = stack.tables();
-                    (stack, tables)
-                });
+        let mut shares = vec![0.0; found.vertices.count()];
+        let mut of_rays = |found: &Found, rays: &[Ray], shares: &mut [f32]| {
+            let blocking = Blocking {
+                vertices: &found.vertices,
+                numbers: &found.numbers,
+                medium: &matter.medium,
+                skins: &found.skins,
+                clip: caster.clip,
+                level: caster.level,
+            };
+            for ray in rays {
+                met.add(add(&blocking, ray, (&mut *shares, weight)));
             }
-            if let Some((stack, tables)) = of_axis {
-                met.add(add(&blocking, (&ray, stack), (tables, weight)));
-            }
+        };
+        of_rays(found, &across, &mut shares);
+        if !along_rows.is_empty() {
+            let turned = found.turned();
+            let mut sums = vec![0.0; turned.vertices.count()];
+            of_rays(&turned, &along_rows, &mut sums);
+            turned
+                .vertices
+                .add_moved(&sums, (&found.vertices, &mut shares));
         }
-        let mut shares = vec![[0.0f32; TABLE_LEN]; field.bricks.len()];
-        for (stack, tables) in by_axis.into_iter().flatten() {
-            stack.add_to_bricks(&tables, &mut shares);
+        for share in &mut shares {
+            *share = share.sqrt();
         }
         Self {
-            faces: bytes_of(&shares),
+            faces: bytes_of(&found.vertices, &shares),
             gain: single(1.0 / met.mean()),
         }
     }
 
     /// The light of the sky, up to a radius in world units.
     pub(crate) fn of_sky(caster: &Caster, matter: &Matter, radius: f64) -> Self {
-        let field = caster.field;
-        let Some(stack) = &matter.stack else {
-            return Self {
-                faces: Vec::new(),
-                gain: 1.0,
-            };
+        let Some(found) = &matter.found else {
+            return Self::none();
         };
         let sky = Sky {
-            field,
-            strengths: &matter.strengths,
-            skins: &matter.skins,
             clip: caster.clip,
             world_from_grid: caster.world_from_index.matrix3,
             radius,
             opacity_unit: caster.opacity_unit,
             level: caster.level,
         };
-        let shares = sharpened(stack, &sky.shares());
+        let lines = sky.lines().into_iter();
+        let (along_rows, across): (Vec<Line>, Vec<Line>) = lines.partition(|line| line.along == 0);
+        let mut shares = vec![0.0; found.vertices.count()];
+        sky.add(found.around(), &across, &mut shares);
+        if !along_rows.is_empty() {
+            let turned = found.turned();
+            let mut sums = vec![0.0; turned.vertices.count()];
+            sky.add(turned.around(), &along_rows, &mut sums);
+            turned
+                .vertices
+                .add_moved(&sums, (&found.vertices, &mut shares));
+        }
+        let roots = sharpened_roots(&found.vertices, &shares, caster.level);
         let seen = Lit {
-            field,
-            places: &Places::new(field),
-            numbers: &matter.numbers,
+            vertices: &found.vertices,
+            numbers: &found.numbers,
             medium: &matter.medium,
             colours: caster.colours(&matter.medium),
             falls: caster.sky_falls,
             clip: caster.clip,
-            shares: &shares,
+            roots: &roots,
             spacing: caster.spacing(),
         }
         .mean_seen();
         Self {
-            faces: bytes_of(&shares),
+            faces: bytes_of(&found.vertices, &roots),
             gain: single(1.0 / seen),
+        }
+    }
+
+    fn none() -> Self {
+        Self {
+            faces: Vec::new(),
+            gain: 1.0,
         }
     }
 }
 
-/// The square roots of shares, in bytes.
-fn bytes_of(shares: &[Table]) -> Vec<FaceBytes> {
-    let faces = shares.par_iter().map(|shares| {
-        let byte = |share: f32| {
-            code8(f64::from(
-                (FULL_LIGHT * share.clamp(0.0, 1.0).sqrt()).round(),
-            ))
-        };
-        let bytes: ByteTable = shares.map(byte);
+impl Found<'_> {
+    fn around(&self) -> Around<'_> {
+        Around {
+            vertices: &self.vertices,
+            strengths: &self.strengths,
+            skins: &self.skins,
+        }
+    }
+
+    /// The same matter, in rows along y.
+    fn turned(&self) -> Found<'_> {
+        let vertices = self.vertices.turned();
+        let moved = |numbers: &[f32]| self.vertices.moved(numbers, &vertices);
+        let (numbers, strengths) = (moved(&self.numbers), moved(&self.strengths));
+        let skins = Skins::new(&vertices, moved(&self.skins.shares));
+        Found {
+            vertices,
+            numbers,
+            strengths,
+            skins,
+        }
+    }
+}
+
+/// The square roots of shares at vertices, in bytes, for each brick.
+fn bytes_of(vertices: &Vertices, roots: &[f32]) -> Vec<FaceBytes> {
+    let bricks = (0..vertices.field.bricks.len()).into_par_iter();
+    let faces = bricks.map(|brick| {
+        let byte = |root: f32| code8(f64::from((FULL_LIGHT * root.clamp(0.0, 1.0)).round()));
+        let bytes: ByteTable = vertices.of_brick(brick, roots).map(byte);
         *faces_of(&bytes)
     });
     faces.collect()

@@ -177,7 +177,7 @@ const ENTRIES: usize = 4096;
 
 /// Places in the table: the entries, one below and one above, up to a power of two, so that a masked place needs no
 /// further check.
-const PLACES: usize = 2 * ENTRIES;
+pub(crate) const PLACES: usize = 2 * ENTRIES;
 
 /// Part of the volume's range that a scalar typically moves by between two samples at an edge: an edge of two voxels in
 /// four samples, and edges of a quarter of the range. A guess; with half and twice as much the same scenes have peaks.
