@@ -133,6 +133,27 @@ impl Scalars {
         }
     }
 
+    /// Copies the scalars of a row, from the vertex at a place on.
+    pub(crate) fn copy_row(&self, first: usize, to: &mut [f32]) {
+        match self {
+            Self::Numbers(table) => to.copy_from_slice(&table[first..][..to.len()]),
+            Self::Bytes(faces) => {
+                let [x, y] = [first % VERTEX_SIDE, first / VERTEX_SIDE % VERTEX_SIDE];
+                let z = first / (VERTEX_SIDE * VERTEX_SIDE);
+                let row = y.min(CELL_SIDE - 1);
+                let faces = &faces[CELL_SIDE * (row + CELL_SIDE * z)..][..CELL_SIDE];
+                let corner = 2 * (y - row);
+                for (scalar, face) in to.iter_mut().zip(&faces[x..]) {
+                    *scalar = f32::from(face.to_le_bytes()[corner]);
+                }
+                // The last vertex of a row has no face of its own.
+                if let Some(last) = to.get_mut(CELL_SIDE - x) {
+                    *last = f32::from(faces[CELL_SIDE - 1].to_le_bytes()[corner + 1]);
+                }
+            }
+        }
+    }
+
     /// The scalars at the corners of a cell, x fastest; `first` is the place of its first vertex.
     #[inline(always)]
     pub(crate) fn corners(&self, first: usize) -> [f32; 8] {

@@ -21,6 +21,8 @@ pub(super) struct Integral {
     shift: f32,
     /// The last place; beyond it the table goes on as it ends.
     last: f32,
+    /// Below this place all is transparent.
+    first_shown: f32,
     strengths: Box<[f32; PLACES]>,
     /// Sums of the strengths before each place; differences of them stay exact behind opaque peaks.
     sums: Box<[f64; PLACES]>,
@@ -87,6 +89,11 @@ impl Integral {
         let mut strengths = Box::new([0.0; PLACES]);
         let mut sums = Box::new([0.0; PLACES]);
         let mut sum = 0.0;
+        let transparent = of_places.iter().take_while(|strength| **strength == 0.0);
+        let first_shown = match transparent.count() {
+            0 => f32::NEG_INFINITY,
+            place => place as f32,
+        };
         for (place, strength) in of_places.iter().enumerate() {
             (strengths[place], sums[place]) = (*strength, sum);
             sum += f64::from(*strength);
@@ -95,6 +102,7 @@ impl Integral {
             scale,
             shift,
             last: (of_places.len() - 1) as f32,
+            first_shown,
             strengths,
             sums,
         }
@@ -152,6 +160,16 @@ impl Integral {
 
     #[inline(always)]
     fn places_at<S: Simd>(&self, simd: S, at: f32x16<S>) -> Places<S> {
+        let is_shown = at.simd_ge(f32x16::splat(simd, self.first_shown));
+        if !is_shown.any_true() {
+            let none = f32x16::splat(simd, 0.0);
+            return Places {
+                at,
+                sums: [0.0; 16],
+                rest: none,
+                strengths: none,
+            };
+        }
         let bounded = at
             .max(f32x16::splat(simd, 0.0))
             .min(f32x16::splat(simd, self.last));

@@ -9,8 +9,8 @@ use resample_core::narrow::{floor, single};
 use resample_core::simd::exp2;
 
 use crate::look::clip::GridClip;
-use crate::shadow::sky::{Around, Line};
-use crate::shadow::vertices::{LANES, Vertices, lanes, mix};
+use crate::shadow::sky::Line;
+use crate::shadow::vertices::{Around, LANES, Vertices, lanes, mix};
 
 /// A row of vertices by its number, and their shares of the sky.
 pub(super) type SheetRow<'a> = Option<(usize, &'a mut [f32])>;
@@ -67,6 +67,21 @@ impl<'a> Course<'a> {
         self.sides[1] + first.max(last)
     }
 
+    /// Returns true if both have the same rows in their sheets.
+    pub(super) fn has_sheets_of(&self, other: &Self) -> bool {
+        let [own, its] = [self, other].map(|course| (course.line.along, course.line.step));
+        own.0 == its.0 && own.1[self.across] == its.1[self.across]
+    }
+
+    /// The columns of the vertices that see a slice.
+    fn window(&self, slice: usize) -> [usize; 2] {
+        let last = self.slices() - 1;
+        let reach = self.line.reach + 1;
+        let [a, b] =
+            [slice.saturating_sub(reach), slice + reach].map(|end| self.firsts[end.min(last)][0]);
+        whole_vectors([a.min(b), a.max(b) + self.sides[0]])
+    }
+
     /// The sheet that a row of vertices lies in, and its slice.
     pub(super) fn sheet_of_row(&self, vertices: &Vertices, row: usize) -> [usize; 2] {
         let [place, slice] = vertices.place_of_row(row, self.across);
@@ -92,6 +107,8 @@ struct Slice {
     strengths: Vec<f32>,
     /// 1 in the box of all bricks, 0 outside of it.
     inside: Vec<f32>,
+    /// The columns in that box.
+    columns: [usize; 2],
     /// Columns that show something, of whole vectors: from the first to the last.
     shown: [usize; 2],
     cut: Option<Halves>,
@@ -111,6 +128,7 @@ impl Sums {
         let slice = || Slice {
             strengths: zeros(),
             inside: zeros(),
+            columns: [0; 2],
             shown: [0; 2],
             cut: None,
         };
@@ -143,9 +161,10 @@ impl Sums {
 impl Slice {
     /// Becomes one outside of the box.
     fn leave(&mut self) {
-        self.strengths.fill(0.0);
-        self.inside.fill(0.0);
-        self.shown = [0; 2];
+        let [first, end] = self.columns;
+        self.strengths[first..end].fill(0.0);
+        self.inside[first..end].fill(0.0);
+        (self.columns, self.shown) = ([0; 2], [0; 2]);
     }
 }
 
@@ -193,7 +212,7 @@ impl Sheet<'_> {
                 Some(row) => self.take(&mut sums.around[2], (number + 1, row)),
                 None => sums.around[2].leave(),
             }
-            advance(simd, sums, number, self.course.line.length);
+            advance(simd, sums, self.course, number);
             if let Some(last) = number.checked_sub(reach + 1).filter(|last| *last < slices) {
                 self.look(simd, sums, (last, Way::Ahead), &mut rows[last]);
             }
@@ -211,13 +230,10 @@ impl Sheet<'_> {
         };
         let first = self.course.firsts[number][0];
         let columns = first..first + self.course.sides[0];
+        slice.columns = [columns.start, columns.end];
         slice.inside[columns.clone()].fill(1.0);
         let vertices = self.matter.vertices;
-        vertices.place(
-            *row,
-            self.matter.strengths,
-            &mut slice.strengths[columns.clone()],
-        );
+        vertices.place(*row, self.matter.numbers, &mut slice.strengths[columns]);
         if let [first_run, .., last_run] | [first_run @ last_run] = vertices.runs(*row) {
             let ends = [first_run.first, last_run.first + last_run.len];
             slice.shown = whole_vectors(ends.map(|end| first + end));
@@ -336,24 +352,25 @@ fn whole_vectors([first, end]: [usize; 2]) -> [usize; 2] {
 /// directions and seen from above, have 0.91 to 1.03 of their light.
 const SKIN_DEPTH: f32 = 0.82 * std::f32::consts::LOG2_E;
 
-/// Goes on to a slice; the one after it is taken. `length` is the way from slice to slice, opacity units.
+/// Goes on to a slice; the one after it is taken.
 #[inline(always)]
-fn advance<S: Simd>(simd: S, sums: &mut Sums, number: usize, length: f32) {
+fn advance<S: Simd>(simd: S, sums: &mut Sums, course: &Course, number: usize) {
     /// A step of this depth lets 2^-12 through, less than pictures tell.
     const MOST: f32 = 12.0;
     /// Sums of means around vertices are the depth up to half of the way to the next; at a vertex it is that of the cubic through the
     /// four sums around it.
     const BEND: f32 = 1.0 / 16.0;
-    let length = length * std::f32::consts::LOG2_E;
+    let length = course.line.length * std::f32::consts::LOG2_E;
+    let [from, to] = course.window(number);
     let count = sums.depths.len();
     let here = &mut sums.depths[number % count];
     let shown = sums.around.each_ref().map(|slice| slice.shown);
     let shown = shown.into_iter().filter(|[first, end]| first < end);
     let Some([first, end]) = shown.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]) else {
-        return here.copy_from_slice(&sums.whole);
+        return here[from..to].copy_from_slice(&sums.whole[from..to]);
     };
-    here[..first].copy_from_slice(&sums.whole[..first]);
-    here[end..].copy_from_slice(&sums.whole[end..]);
+    here[from..first].copy_from_slice(&sums.whole[from..first]);
+    here[end..to].copy_from_slice(&sums.whole[end..to]);
     let [before, at, after] = &sums.around;
     let most = f32x16::splat(simd, MOST);
     for place in (first..end).step_by(LANES) {

@@ -11,8 +11,7 @@ use resample_core::simd::Vectors;
 
 use crate::look::clip::{Cut, GridClip};
 use crate::shadow::sheet::{Course, Sheet, SheetRow, Sums};
-use crate::shadow::strengths::Skins;
-use crate::shadow::vertices::Vertices;
+use crate::shadow::vertices::Around;
 
 /// A pair of opposite directions.
 #[derive(Clone, Copy, Debug)]
@@ -38,16 +37,6 @@ pub(super) struct Sky<'a> {
     pub(super) radius: f64,
     pub(super) opacity_unit: f64,
     pub(super) level: Vectors,
-}
-
-/// Matter at vertices.
-#[derive(Clone, Copy)]
-pub(super) struct Around<'a> {
-    pub(super) vertices: &'a Vertices<'a>,
-    /// The mean extinction around them, per opacity unit.
-    pub(super) strengths: &'a [f32],
-    /// How far the matter around them is skin.
-    pub(super) skins: &'a Skins,
 }
 
 impl Sky<'_> {
@@ -91,29 +80,32 @@ impl Sky<'_> {
         let is_cut = |bounds: &_| !matches!(self.clip.cut(bounds), Cut::By(0));
         let cut =
             (!self.clip.is_whole()).then(|| matter.vertices.of(|brick| is_cut(&brick.bounds)));
-        for line in lines {
-            let course = Course::new(matter.vertices, line);
-            let sheet = Sheet {
-                matter,
-                cut: cut.as_ref().map(|cut| (cut, self.clip)),
-                course: &course,
-            };
+        // Lines of the same sheets go through memory together.
+        let courses = lines.iter().map(|line| Course::new(matter.vertices, line));
+        let courses: Vec<Course> = courses.collect();
+        for courses in courses.chunk_by(Course::has_sheets_of) {
             let mut sheets: Vec<Vec<SheetRow>> = Vec::new();
-            sheets.resize_with(course.sheets(), || {
+            sheets.resize_with(courses[0].sheets(), || {
                 std::iter::repeat_with(|| None)
-                    .take(course.slices())
+                    .take(courses[0].slices())
                     .collect()
             });
             for (row, shares) in matter.vertices.split(shares).into_iter().enumerate() {
-                let [sheet, slice] = course.sheet_of_row(matter.vertices, row);
+                let [sheet, slice] = courses[0].sheet_of_row(matter.vertices, row);
                 sheets[sheet][slice] = Some((row, shares));
             }
-            let sums = || Sums::new(&course);
-            sheets
-                .into_par_iter()
-                .for_each_init(sums, |sums, mut rows| {
+            let sums = || courses.iter().map(Sums::new).collect::<Vec<Sums>>();
+            let sheets = sheets.into_par_iter();
+            sheets.for_each_init(sums, |sums, mut rows| {
+                for (course, sums) in courses.iter().zip(sums) {
+                    let sheet = Sheet {
+                        matter,
+                        cut: cut.as_ref().map(|cut| (cut, self.clip)),
+                        course,
+                    };
                     dispatch!(self.level, simd => sheet.walk(simd, sums, &mut rows));
-                });
+                }
+            });
         }
     }
 }

@@ -13,7 +13,7 @@ use resample_core::simd::Vectors;
 
 use crate::look::clip::GridClip;
 use crate::shadow::medium::{Integral, Medium};
-use crate::shadow::vertices::{LANES, PaddedRow, Vertices, lanes};
+use crate::shadow::vertices::{LANES, PaddedRow, Skins, Vertices, lanes};
 
 /// Differences of the optical depth of a step, from vertex to vertex, between which the share of skin rises. Up to the first the light of a
 /// ramp of matter is right to 5 % wherever vertices lie in it, at the second to 16 %, at 10 to 60 %; as skin all of them are right to
@@ -23,29 +23,6 @@ const SKIN: [f32; 2] = [1.5, 3.0];
 /// Optical depths of a step, beside a cut where all of the matter begins at once, between which the share of skin rises. At 1.6 a cut is 37 dB
 /// from its truth without skin and 29 dB with it, at 2.3 it is hatched without skin; between them it is a guess.
 const SKIN_AT_CUT: [f32; 2] = [1.6, 2.3];
-
-/// How far the matter around vertices is skin.
-pub(super) struct Skins {
-    /// 0 to 1, for each vertex.
-    pub(super) shares: Vec<f32>,
-    /// For each row, true if some of its vertices are skin.
-    pub(super) in_rows: Vec<bool>,
-}
-
-impl Skins {
-    pub(super) fn new(vertices: &Vertices, shares: Vec<f32>) -> Self {
-        let rows = 0..vertices.row_count();
-        let has_skin = |row| {
-            shares[vertices.of_row(row)]
-                .iter()
-                .any(|share| *share > 0.0)
-        };
-        Self {
-            in_rows: rows.map(has_skin).collect(),
-            shares,
-        }
-    }
-}
 
 /// The mean extinction around each vertex, per opacity unit, 0 where nothing is shown, whatever a clip keeps of it. `numbers` are those at
 /// the vertices, NaN where nothing is shown.

@@ -11,8 +11,7 @@ use resample_core::simd::{Vectors, exp2};
 
 use crate::look::clip::GridClip;
 use crate::shadow::medium::{Medium, Places};
-use crate::shadow::strengths::Skins;
-use crate::shadow::vertices::{LANES, PaddedRow, Vertices, lanes, mix};
+use crate::shadow::vertices::{Around, LANES, PaddedRow, Vertices, lanes, mix};
 
 /// Steps of a column from one slice to the next. The field bends where a column passes from cell to cell: with one step a flat face of an
 /// engine had stripes that an eye sees, with two they are below 1/128.
@@ -85,12 +84,9 @@ impl Met {
 /// The matter in the way of light.
 #[derive(Clone, Copy)]
 pub(super) struct Blocking<'a> {
-    /// Their rows do not lie along the light's axis.
-    pub(super) vertices: &'a Vertices<'a>,
-    /// At the vertices, NaN where nothing is shown.
-    pub(super) numbers: &'a [f32],
+    /// Numbers are NaN where nothing is shown. No row lies along the light's axis.
+    pub(super) matter: Around<'a>,
     pub(super) medium: &'a Medium,
-    pub(super) skins: &'a Skins,
     pub(super) clip: &'a GridClip,
     pub(super) level: Vectors,
 }
@@ -121,6 +117,38 @@ struct Offset {
     share: [f32; 2],
 }
 
+/// A row of a slice.
+struct Line {
+    /// NaN where nothing is shown.
+    numbers: PaddedRow,
+    /// Vertices from the first to the last that are shown, and the one behind it.
+    shown: [usize; 2],
+}
+
+impl Line {
+    fn new(width: usize) -> Self {
+        Self {
+            numbers: PaddedRow::new(width),
+            shown: [0; 2],
+        }
+    }
+
+    fn take(&mut self, vertices: &Vertices, row: usize, numbers: &[f32]) {
+        vertices.fill(Some(row), numbers, self.numbers.inner());
+        self.shown = match vertices.runs(row) {
+            [] => [0; 2],
+            [first, .., last] | [first @ last] => [first.first, last.first + last.len],
+        };
+    }
+}
+
+/// From the least first to the greatest end of ranges that are not empty.
+fn hull(ranges: [[usize; 2]; 4]) -> [usize; 2] {
+    let ranges = ranges.into_iter().filter(|[first, end]| first < end);
+    let hull = ranges.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
+    hull.unwrap_or([0; 2])
+}
+
 /// A row of columns.
 struct Row {
     depth: Vec<f32>,
@@ -131,6 +159,8 @@ struct Row {
     rest: Vec<f32>,
     /// Square root of the transmittance, at the slice and at the one before.
     roots: [Vec<f32>; 2],
+    /// True if light was taken between them.
+    has_fallen: bool,
     /// The part of each column that a clip keeps, in numbers of slices; empty where nothing is cut.
     kept: Vec<[f32; 2]>,
 }
@@ -202,6 +232,7 @@ impl Columns {
             sums: vec![0.0; width],
             rest: vec![0.0; width],
             roots: [vec![1.0; width], vec![1.0; width]],
+            has_fallen: false,
             kept: if clip.is_whole() { Vec::new() } else { kept(y) },
         });
         rows.collect()
@@ -218,8 +249,12 @@ fn index(place: i64) -> usize {
 }
 
 /// Adds the transmittance towards the light to each vertex, times a weight, and returns the light of all columns.
-pub(super) fn add(matter: &Blocking, ray: &Ray, (shares, weight): (&mut [f32], f32)) -> Met {
-    let vertices = matter.vertices;
+pub(super) fn add(blocking: &Blocking, ray: &Ray, (shares, weight): (&mut [f32], f32)) -> Met {
+    let Around {
+        vertices,
+        numbers,
+        skins,
+    } = blocking.matter;
     let columns = Columns::new(vertices, ray);
     let [width, height, slices] = columns.sides;
     let row_of = |y: usize, slice: usize| vertices.row_at(columns.axes[1], [y, slice]);
@@ -229,42 +264,42 @@ pub(super) fn add(matter: &Blocking, ray: &Ray, (shares, weight): (&mut [f32], f
         let [_, slice] = vertices.place_of_row(row, columns.axes[1]);
         by_slice[slice].push((row, shares));
     }
-    let mut rows = columns.rows(matter.clip, ray.step);
+    let mut rows = columns.rows(blocking.clip, ray.step);
     let plane = || -> Vec<PaddedRow> { (0..height).map(|_| PaddedRow::new(width)).collect() };
-    let [mut last, mut slice] = [plane(), plane()];
+    let lines = || -> Vec<Line> { (0..height).map(|_| Line::new(width)).collect() };
+    let [mut last, mut slice] = [lines(), lines()];
     let mut light = LightSlices::new([plane(), plane(), plane()]);
     for number in 0..slices {
         let at = columns.slice(number);
         std::mem::swap(&mut last, &mut slice);
         let lines = slice.par_iter_mut().enumerate().with_min_len(ROWS);
-        lines
-            .for_each(|(y, line)| vertices.fill(Some(row_of(y, at)), matter.numbers, line.inner()));
+        lines.for_each(|(y, line)| line.take(vertices, row_of(y, at), numbers));
         let carried = rows.par_iter_mut().enumerate().with_min_len(ROWS);
         carried.for_each(|(y, row)| {
             let slices = [&last, &slice].map(|slice| &slice[..]);
-            dispatch!(matter.level, simd => columns.advance(simd, (row, y), slices, (matter.medium, number)));
+            dispatch!(blocking.level, simd => columns.advance(simd, (row, y), slices, (blocking.medium, number)));
         });
         let offset = columns.offset(number as f64);
         let lines = light.next().par_iter_mut().enumerate().with_min_len(ROWS);
         let skin = || PaddedRow::new(width);
         lines.for_each_init(skin, |skin, (y, line)| {
             let row = row_of(y, at);
-            let skins = matter.skins.in_rows[row].then(|| {
+            let skins = skins.in_rows[row].then(|| {
                 skin.0.fill(0.0);
-                vertices.place(row, &matter.skins.shares, skin.inner());
+                vertices.place(row, &skins.shares, skin.inner());
                 &*skin
             });
-            dispatch!(matter.level, simd => columns.to_vertices(simd, &rows, offset, (y, line, skins)));
+            dispatch!(blocking.level, simd => columns.to_vertices(simd, &rows, offset, (y, line, skins)));
         });
         if let Some(before) = number.checked_sub(1) {
             let rows = &mut by_slice[columns.slice(before)];
-            light.add_to(matter, rows, (columns.offset(before as f64), weight));
+            light.add_to(blocking, rows, (columns.offset(before as f64), weight));
         }
     }
     light.end();
     let last = slices - 1;
     let of_last = &mut by_slice[columns.slice(last)];
-    light.add_to(matter, of_last, (columns.offset(last as f64), weight));
+    light.add_to(blocking, of_last, (columns.offset(last as f64), weight));
     let mut met = Met::default();
     for row in rows {
         for root in &row.roots[0][..columns.count[0]] {
@@ -281,7 +316,7 @@ impl Columns {
         &self,
         simd: S,
         (row, y): (&mut Row, usize),
-        [last, slice]: [&[PaddedRow]; 2],
+        [last, slice]: [&[Line]; 2],
         (medium, number): (&Medium, usize),
     ) {
         for step in 1..=STEPS {
@@ -302,12 +337,17 @@ impl Columns {
             let first = self.first[0] + offset.whole[0];
             let end = signed(self.sides[0] - beside(share_x)) - first;
             let [start, end] = [-first, end].map(|end| index(end).min(self.count[0]));
+            let [near, far] = [above, above + beside(share_y)];
+            let of_lines = [&last[near], &last[far], &slice[near], &slice[far]];
+            let shown = hull(of_lines.map(|line| line.shown));
+            let [start, end] =
+                shown.map(|vertex| index(signed(vertex) - first).clamp(start, end.max(start)));
             row.before[..start].fill(f32::NAN);
             row.before[end..].fill(f32::NAN);
             // The vertex of the first of them.
-            let vertex = index(first) + LANES;
-            let lines = [last, slice]
-                .map(|slice| [above, above + beside(share_y)].map(|y| &slice[y].0[..]));
+            let vertex = index(first + signed(start)) + LANES;
+            let lines = of_lines.map(|line| &line.numbers.0[..]);
+            let lines = [[lines[0], lines[1]], [lines[2], lines[3]]];
             for column in (start..end).step_by(LANES) {
                 let place = vertex + column - start;
                 let places = [place, place + beside(share_x)];
@@ -318,6 +358,10 @@ impl Columns {
                 }
                 self.step(simd, (row, column), value, (medium, slices));
             }
+        }
+        if !std::mem::take(&mut row.has_fallen) {
+            let [roots, earlier] = &mut row.roots;
+            return earlier.copy_from_slice(roots);
         }
         row.roots.swap(0, 1);
         let [roots, _] = &mut row.roots;
@@ -367,7 +411,9 @@ impl Columns {
         }
         let zero = f32x16::splat(simd, 0.0);
         // NaN, where nothing is shown, adds nothing.
-        let added = added.simd_gt(zero).select(added, zero);
+        let is_taken = added.simd_gt(zero);
+        row.has_fallen |= is_taken.any_true();
+        let added = is_taken.select(added, zero);
         (depth + added).store_slice(&mut row.depth[column..][..LANES]);
     }
 
@@ -488,7 +534,7 @@ impl LightSlices {
     /// s (1 - s) / 2 of them, s being the share of the way: without this a flat face had stripes where columns drift across it.
     fn add_to(
         &self,
-        matter: &Blocking,
+        blocking: &Blocking,
         rows: &mut [(usize, &mut [f32])],
         (offset, weight): (Offset, f32),
     ) {
@@ -509,11 +555,11 @@ impl LightSlices {
                 ],
                 bends: [along_x, along_y, MEAN],
             };
-            for run in matter.vertices.runs(*row) {
+            for run in blocking.matter.vertices.runs(*row) {
                 let ends = [run.first, run.first + run.len];
-                dispatch!(matter.level, simd => sharp.transmittances(simd, ends, found));
+                dispatch!(blocking.level, simd => sharp.transmittances(simd, ends, found));
                 let found = &found.inner()[ends[0]..ends[1]];
-                for (share, found) in shares[matter.vertices.in_row(*row, run)]
+                for (share, found) in shares[blocking.matter.vertices.in_row(*row, run)]
                     .iter_mut()
                     .zip(found)
                 {

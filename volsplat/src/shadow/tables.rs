@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
-use resample_core::narrow::{code8, single, whole};
+use resample_core::narrow::{byte, single, whole};
 use resample_core::simd::Vectors;
 
 use crate::bricks::cells::{ByteTable, CellBrick, CellField, FaceBytes, FromDifferences, faces_of};
@@ -13,10 +13,11 @@ use crate::look::options::Shadow;
 use crate::shadow::brightness::{Falls, Lit};
 use crate::shadow::medium::Medium;
 use crate::shadow::sharpen::sharpened_roots;
-use crate::shadow::sky::{Around, Line, Sky};
-use crate::shadow::strengths::{Skins, around_vertices, skins};
+use crate::shadow::sky::Sky;
+use crate::shadow::strengths::{around_vertices, skins};
 use crate::shadow::sweep::{Blocking, Met, Ray, add};
-use crate::shadow::vertices::Vertices;
+use crate::shadow::vertices::Skins;
+use crate::shadow::vertices::{Around, Vertices};
 use crate::slabs::settings::{ChannelSettings, Reading, Role};
 use crate::slabs::table::TransferTable;
 
@@ -144,14 +145,21 @@ impl<'a> Caster<'a> {
         let in_pictures = in_unit(self.world_from_index, self.length);
         let from_differences = FromDifferences::new(&in_pictures.matrix3);
         let are_scalars = matches!(medium, Medium::Scalars(_));
-        vertices.numbers(|brick, vertex| {
-            if brick.mask.as_ref().is_some_and(|mask| mask[vertex] == 0) {
-                return f32::NAN;
-            }
+        vertices.numbers(|brick, first, numbers| {
             if are_scalars {
-                return brick.scalars.at(vertex);
+                brick.scalars.copy_row(first, numbers);
+            } else {
+                for (number, vertex) in numbers.iter_mut().zip(first..) {
+                    *number = self.extinction((brick, vertex), &from_differences);
+                }
             }
-            self.extinction((brick, vertex), &from_differences)
+            if let Some(mask) = &brick.mask {
+                for (number, kept) in numbers.iter_mut().zip(&mask[first..]) {
+                    if *kept == 0 {
+                        *number = f32::NAN;
+                    }
+                }
+            }
         })
     }
 
@@ -194,35 +202,25 @@ impl LightTables {
         let index_from_world = caster.world_from_index.matrix3.inverse();
         let directions = directions(towards, shadow.light_size_deg);
         let weight = 1.0 / directions.len() as f32;
-        let rays = directions
-            .into_iter()
-            .map(|direction| Ray::new(index_from_world * direction * caster.opacity_unit));
-        // Columns that follow rows want other rows.
-        let (along_rows, across): (Vec<Ray>, Vec<Ray>) = rays.partition(|ray| ray.along == 0);
+        let ray = |direction| Ray::new(index_from_world * direction * caster.opacity_unit);
+        let rays = directions.into_iter().map(ray).collect();
         let mut met = Met::default();
-        let mut shares = vec![0.0; found.vertices.count()];
-        let mut of_rays = |found: &Found, rays: &[Ray], shares: &mut [f32]| {
-            let blocking = Blocking {
-                vertices: &found.vertices,
-                numbers: &found.numbers,
-                medium: &matter.medium,
-                skins: &found.skins,
-                clip: caster.clip,
-                level: caster.level,
-            };
-            for ray in rays {
-                met.add(add(&blocking, ray, (&mut *shares, weight)));
-            }
-        };
-        of_rays(found, &across, &mut shares);
-        if !along_rows.is_empty() {
-            let turned = found.turned();
-            let mut sums = vec![0.0; turned.vertices.count()];
-            of_rays(&turned, &along_rows, &mut sums);
-            turned
-                .vertices
-                .add_moved(&sums, (&found.vertices, &mut shares));
-        }
+        let mut shares = found.shares(
+            &found.numbers,
+            rays,
+            |ray| ray.along,
+            |matter_of, rays, shares| {
+                let blocking = Blocking {
+                    matter: matter_of,
+                    medium: &matter.medium,
+                    clip: caster.clip,
+                    level: caster.level,
+                };
+                for ray in rays {
+                    met.add(add(&blocking, ray, (&mut *shares, weight)));
+                }
+            },
+        );
         for share in &mut shares {
             *share = share.sqrt();
         }
@@ -244,18 +242,14 @@ impl LightTables {
             opacity_unit: caster.opacity_unit,
             level: caster.level,
         };
-        let lines = sky.lines().into_iter();
-        let (along_rows, across): (Vec<Line>, Vec<Line>) = lines.partition(|line| line.along == 0);
-        let mut shares = vec![0.0; found.vertices.count()];
-        sky.add(found.around(), &across, &mut shares);
-        if !along_rows.is_empty() {
-            let turned = found.turned();
-            let mut sums = vec![0.0; turned.vertices.count()];
-            sky.add(turned.around(), &along_rows, &mut sums);
-            turned
-                .vertices
-                .add_moved(&sums, (&found.vertices, &mut shares));
-        }
+        let shares = found.shares(
+            &found.strengths,
+            sky.lines(),
+            |line| line.along,
+            |matter, lines, shares| {
+                sky.add(matter, lines, shares);
+            },
+        );
         let roots = sharpened_roots(&found.vertices, &shares, caster.level);
         let seen = Lit {
             vertices: &found.vertices,
@@ -283,26 +277,40 @@ impl LightTables {
 }
 
 impl Found<'_> {
-    fn around(&self) -> Around<'_> {
-        Around {
+    /// A share for each vertex: what `add` adds to it for each direction, from numbers at the vertices. `along` is the axis of a direction.
+    fn shares<D>(
+        &self,
+        numbers: &[f32],
+        directions: Vec<D>,
+        along: impl Fn(&D) -> usize,
+        mut add: impl FnMut(Around, &[D], &mut [f32]),
+    ) -> Vec<f32> {
+        let directions = directions.into_iter();
+        let (follow_rows, across): (Vec<D>, Vec<D>) = directions.partition(|one| along(one) == 0);
+        let mut shares = vec![0.0; self.vertices.count()];
+        let matter = Around {
             vertices: &self.vertices,
-            strengths: &self.strengths,
+            numbers,
             skins: &self.skins,
+        };
+        add(matter, &across, &mut shares);
+        if follow_rows.is_empty() {
+            return shares;
         }
-    }
-
-    /// The same matter, in rows along y.
-    fn turned(&self) -> Found<'_> {
+        // Directions that follow rows want other rows.
         let vertices = self.vertices.turned();
         let moved = |numbers: &[f32]| self.vertices.moved(numbers, &vertices);
-        let (numbers, strengths) = (moved(&self.numbers), moved(&self.strengths));
-        let skins = Skins::new(&vertices, moved(&self.skins.shares));
-        Found {
-            vertices,
-            numbers,
-            strengths,
-            skins,
+        let turned = Around {
+            vertices: &vertices,
+            numbers: &moved(numbers),
+            skins: &Skins::new(&vertices, moved(&self.skins.shares)),
+        };
+        let mut more = vec![0.0; vertices.count()];
+        add(turned, &follow_rows, &mut more);
+        for (share, more) in shares.iter_mut().zip(vertices.moved(&more, &self.vertices)) {
+            *share += more;
         }
+        shares
     }
 }
 
@@ -310,8 +318,8 @@ impl Found<'_> {
 fn bytes_of(vertices: &Vertices, roots: &[f32]) -> Vec<FaceBytes> {
     let bricks = (0..vertices.field.bricks.len()).into_par_iter();
     let faces = bricks.map(|brick| {
-        let byte = |root: f32| code8(f64::from((FULL_LIGHT * root.clamp(0.0, 1.0)).round()));
-        let bytes: ByteTable = vertices.of_brick(brick, roots).map(byte);
+        let of_root = |root: f32| byte(FULL_LIGHT * root.clamp(0.0, 1.0));
+        let bytes: ByteTable = vertices.of_brick(brick, roots).map(of_root);
         *faces_of(&bytes)
     });
     faces.collect()

@@ -56,6 +56,39 @@ pub(super) struct Vertices<'a> {
     runs: Vec<Run>,
 }
 
+/// Numbers at vertices.
+#[derive(Clone, Copy)]
+pub(super) struct Around<'a> {
+    pub(super) vertices: &'a Vertices<'a>,
+    /// Scalars or extinction.
+    pub(super) numbers: &'a [f32],
+    /// How far the matter around them is skin.
+    pub(super) skins: &'a Skins,
+}
+
+/// How far the matter around vertices is skin.
+pub(super) struct Skins {
+    /// 0 to 1, for each vertex.
+    pub(super) shares: Vec<f32>,
+    /// For each row, true if some of its vertices are skin.
+    pub(super) in_rows: Vec<bool>,
+}
+
+impl Skins {
+    pub(super) fn new(vertices: &Vertices, shares: Vec<f32>) -> Self {
+        let rows = 0..vertices.row_count();
+        let has_skin = |row| {
+            shares[vertices.of_row(row)]
+                .iter()
+                .any(|share| *share > 0.0)
+        };
+        Self {
+            in_rows: rows.map(has_skin).collect(),
+            shares,
+        }
+    }
+}
+
 /// Vertices side by side in a row.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
@@ -116,9 +149,8 @@ struct BrickRow {
     /// Row of its slice, and the first vertex in that row.
     row: usize,
     first: usize,
-    /// Place of the first vertex in the brick's table, from one to the next, and their number.
+    /// Place of the first vertex in the brick's table, and the number of vertices.
     place: usize,
-    stride: usize,
     count: usize,
 }
 
@@ -185,7 +217,6 @@ impl<'a> Layers<'a> {
             place: least[fast] * STRIDES[fast]
                 + row * STRIDES[across]
                 + (slice - corner[along]) * STRIDES[along],
-            stride: STRIDES[fast],
             count,
         })
     }
@@ -368,8 +399,11 @@ impl<'a> Vertices<'a> {
         rows
     }
 
-    /// A number for each vertex, from the bricks.
-    pub(super) fn numbers(&self, of: impl Fn(&CellBrick, usize) -> f32 + Sync) -> Vec<f32> {
+    /// A number for each vertex: `of_row` finds those of a row of a brick, by the place of its first vertex. Rows lie along x.
+    pub(super) fn numbers(
+        &self,
+        of_row: impl Fn(&CellBrick, usize, &mut [f32]) + Sync,
+    ) -> Vec<f32> {
         let layers = Layers::new(self.field, self.axes, self.within);
         let mut numbers = vec![0.0; self.count()];
         let height = self.sides()[1];
@@ -378,12 +412,9 @@ impl<'a> Vertices<'a> {
         slices.for_each(|(slice, rows)| {
             for brick in layers.of_slice(slice) {
                 for line in layers.rows(brick, slice) {
-                    let row = line.row + height * slice;
-                    let at = self.place_in_row(row, line.first);
+                    let at = self.place_in_row(line.row + height * slice, line.first);
                     let to = &mut rows[line.row][at..][..line.count];
-                    for (number, to) in to.iter_mut().enumerate() {
-                        *to = of(&self.field.bricks[brick], line.place + number * line.stride);
-                    }
+                    of_row(&self.field.bricks[brick], line.place, to);
                 }
             }
         });
@@ -453,13 +484,6 @@ impl<'a> Vertices<'a> {
                 }
             });
         moved
-    }
-
-    /// Adds numbers at vertices, moved to the order of others, to theirs.
-    pub(super) fn add_moved(&self, numbers: &[f32], (to, sums): (&Vertices, &mut [f32])) {
-        for (sum, number) in sums.iter_mut().zip(self.moved(numbers, to)) {
-            *sum += number;
-        }
     }
 
     /// A row's place along an axis across it, and along the other one.
