@@ -44,10 +44,7 @@ pub(super) fn around_vertices(
         )
     };
     vertices.change_rows(&mut means, lines, |(around, found), row, means| {
-        let places = [[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]];
-        for (line, place) in around.iter_mut().zip(places) {
-            vertices.fill(vertices.beside(row, place), numbers, line.inner());
-        }
+        vertices.fill_around(row, numbers, around);
         for run in vertices.runs(row) {
             let ends = [run.first, run.first + run.len];
             dispatch!(level, simd => means_of_run(simd, integral, around, (ends, found)));

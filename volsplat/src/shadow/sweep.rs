@@ -11,6 +11,7 @@ use resample_core::simd::{Vectors, exp2};
 
 use crate::look::clip::GridClip;
 use crate::shadow::medium::{Medium, Places};
+use crate::shadow::sharpen::{MEAN, Sharpening};
 use crate::shadow::vertices::{Around, LANES, PaddedRow, Vertices, lanes, mix};
 
 /// Steps of a column from one slice to the next. The field bends where a column passes from cell to cell: with one step a flat face of an
@@ -538,7 +539,6 @@ impl LightSlices {
         rows: &mut [(usize, &mut [f32])],
         (offset, weight): (Offset, f32),
     ) {
-        const MEAN: f32 = 1.0 / 12.0;
         let [along_x, along_y] = offset.share.map(|share| MEAN + 0.5 * share * (1.0 - share));
         let height = rows.len();
         let [before, at, after] = &self.slices;
@@ -557,14 +557,8 @@ impl LightSlices {
             };
             for run in blocking.matter.vertices.runs(*row) {
                 let ends = [run.first, run.first + run.len];
-                dispatch!(blocking.level, simd => sharp.transmittances(simd, ends, found));
-                let found = &found.inner()[ends[0]..ends[1]];
-                for (share, found) in shares[blocking.matter.vertices.in_row(*row, run)]
-                    .iter_mut()
-                    .zip(found)
-                {
-                    *share += weight * found;
-                }
+                let shares = &mut shares[blocking.matter.vertices.in_row(*row, run)];
+                dispatch!(blocking.level, simd => sharp.add(simd, ends, (found, shares, weight)));
             }
         });
     }
@@ -573,35 +567,5 @@ impl LightSlices {
 fn copy(from: &[PaddedRow], to: &mut [PaddedRow]) {
     for (from, to) in from.iter().zip(to) {
         to.0.copy_from_slice(&from.0);
-    }
-}
-
-/// A row of light, less parts of its second differences.
-struct Sharpening<'a> {
-    /// The row, those before and after it in its slice, and those in the slices beside it.
-    lines: [&'a PaddedRow; 5],
-    /// Along the row, from row to row and from slice to slice.
-    bends: [f32; 3],
-}
-
-impl Sharpening<'_> {
-    /// The transmittances at the vertices from a first to an end.
-    #[simd]
-    fn transmittances<S: Simd>(&self, simd: S, [first, end]: [usize; 2], found: &mut PaddedRow) {
-        let [own, y_before, y_after, z_before, z_after] = self.lines;
-        let [x, y, z] = self.bends;
-        for place in (first..end).step_by(LANES) {
-            let at = place + LANES;
-            let root = lanes(simd, &own.0, at);
-            let along_x = lanes(simd, &own.0, at - 1) + lanes(simd, &own.0, at + 1);
-            let along_y = lanes(simd, &y_before.0, at) + lanes(simd, &y_after.0, at);
-            let along_z = lanes(simd, &z_before.0, at) + lanes(simd, &z_after.0, at);
-            let bends = (along_x - root * 2.0) * x
-                + (along_y - root * 2.0) * y
-                + (along_z - root * 2.0) * z;
-            let sharp = (root - bends).max(f32x16::splat(simd, 0.0));
-            let sharp = sharp.min(f32x16::splat(simd, 1.0));
-            (sharp * sharp).store_slice(&mut found.0[at..][..LANES]);
-        }
     }
 }

@@ -333,6 +333,14 @@ impl<'a> Vertices<'a> {
         }
     }
 
+    /// Fills lines with the numbers of a row, of those before and after it in its slice, and of those in the slices beside it.
+    pub(super) fn fill_around(&self, row: usize, numbers: &[f32], lines: &mut [PaddedRow; 5]) {
+        let places = [[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1]];
+        for (line, place) in lines.iter_mut().zip(places) {
+            self.fill(self.beside(row, place), numbers, line.inner());
+        }
+    }
+
     /// A row, by its place in its slice and its slice.
     pub(super) fn row(&self, [across, along]: [usize; 2]) -> usize {
         across + self.sides()[1] * along
