@@ -442,13 +442,14 @@ impl<'a> Vertices<'a> {
         let mut table = [0.0; TABLE_LEN];
         let bounds = &self.field.bricks[brick].bounds;
         let [least, greatest] = bounds.range().map(|end| end.map(usize::from));
-        let [x, y, z] =
-            [0, 1, 2].map(|axis: usize| bounds.corner[axis] as usize - self.within.low[axis]);
+        let corner = bounds.corner.map(|first| first as usize);
+        let low = self.within.low;
         let count = greatest[0] - least[0] + 1;
         for at_z in least[2]..=greatest[2] {
             for at_y in least[1]..=greatest[1] {
-                let row = self.row([y + at_y, z + at_z]);
-                let at = self.of_row(row).start + self.place_in_row(row, x + least[0]);
+                let row = self.row([corner[1] + at_y - low[1], corner[2] + at_z - low[2]]);
+                let first = corner[0] + least[0] - low[0];
+                let at = self.of_row(row).start + self.place_in_row(row, first);
                 let place = least[0] + STRIDES[1] * at_y + STRIDES[2] * at_z;
                 table[place..][..count].copy_from_slice(&numbers[at..][..count]);
             }
