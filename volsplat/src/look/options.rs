@@ -400,11 +400,8 @@ impl RenderOptions {
             (Blend::Maximum | Blend::Minimum | Blend::Average, _) => wrong(
                 "maximum, minimum and average projections have no light: remove --shadows and --occlusion, or --blend",
             ),
-            (Blend::Isosurface(_), _) if self.occlusion.is_some() => {
-                wrong("an isosurface has shadows but no occlusion: leave one of them out")
-            }
             (Blend::Isosurface(iso), _) if iso.opacity < 1.0 => wrong(
-                "a translucent isosurface has no shadows: give it opacity 1 or leave them out",
+                "a translucent isosurface has neither shadows nor occlusion: give it opacity 1 or leave them out",
             ),
             _ if self.shadow.is_some() && self.light == Light::Headlight => wrong(
                 "what casts a shadow hides it where the light stands at the eye: give the light a direction",

@@ -34,6 +34,7 @@ mod sharpen;
 mod sheet;
 mod sky;
 mod strengths;
+mod surface;
 mod sweep;
 pub(crate) mod tables;
 mod vertices;

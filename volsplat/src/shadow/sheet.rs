@@ -168,6 +168,15 @@ impl Slice {
     }
 }
 
+impl Slice {
+    /// Takes columns in that show something.
+    fn show(&mut self, [first, end]: [usize; 2]) {
+        let [from, to] = self.shown;
+        let first = if from < to { first.min(from) } else { first };
+        self.shown = whole_vectors([first, end.max(to)]);
+    }
+}
+
 impl Halves {
     fn new(width: usize) -> Self {
         let halves = || vec![0.5; width];
@@ -191,6 +200,8 @@ pub(super) struct Sheet<'a> {
     /// The vertices of bricks that a clip cuts.
     pub(super) cut: Option<(&'a Vertices<'a>, &'a GridClip)>,
     pub(super) course: &'a Course<'a>,
+    /// Extinction behind an opaque surface, whose bricks hold nothing but its neighbourhood; 0 where matter is drawn.
+    pub(super) behind_surface: f32,
 }
 
 /// Where depths end that are seen from a slice: between two slices, this share of the way back from the second.
@@ -205,13 +216,10 @@ impl Sheet<'_> {
     pub(super) fn walk<S: Simd>(&self, simd: S, sums: &mut Sums, rows: &mut [SheetRow]) {
         sums.reset();
         let (reach, slices) = (sums.reach(), self.course.slices());
-        self.take(&mut sums.around[2], (0, &rows[0]));
+        self.take(&mut sums.around, rows, 0);
         for number in 0..=slices + reach {
             sums.around.rotate_left(1);
-            match rows.get(number + 1) {
-                Some(row) => self.take(&mut sums.around[2], (number + 1, row)),
-                None => sums.around[2].leave(),
-            }
+            self.take(&mut sums.around, rows, number + 1);
             advance(simd, sums, self.course, number);
             if let Some(last) = number.checked_sub(reach + 1).filter(|last| *last < slices) {
                 self.look(simd, sums, (last, Way::Ahead), &mut rows[last]);
@@ -222,10 +230,10 @@ impl Sheet<'_> {
         }
     }
 
-    /// Takes the extinction of a slice.
-    fn take(&self, slice: &mut Slice, (number, row): (usize, &SheetRow)) {
+    /// Takes the extinction of the slice that comes next, if there is one.
+    fn take(&self, [_, before, slice]: &mut [Slice; 3], rows: &[SheetRow], number: usize) {
         slice.leave();
-        let Some((row, _)) = row else {
+        let Some(Some((row, _))) = rows.get(number) else {
             return;
         };
         let first = self.course.firsts[number][0];
@@ -236,7 +244,7 @@ impl Sheet<'_> {
         vertices.place(*row, self.matter.numbers, &mut slice.strengths[columns]);
         if let [first_run, .., last_run] | [first_run @ last_run] = vertices.runs(*row) {
             let ends = [first_run.first, last_run.first + last_run.len];
-            slice.shown = whole_vectors(ends.map(|end| first + end));
+            slice.show(ends.map(|end| first + end));
         }
         if let Some((cut, clip)) = self.cut {
             let halves = slice
@@ -244,6 +252,40 @@ impl Sheet<'_> {
                 .get_or_insert_with(|| Halves::new(self.course.width));
             halves.reset();
             self.cut(halves, (cut, clip), (*row, first));
+        }
+        if self.behind_surface > 0.0 {
+            self.fill_gaps(slice, before, (*row, number));
+            if let Some(last) = number.checked_sub(1)
+                && let Some((row, _)) = &rows[last]
+            {
+                self.fill_gaps(before, slice, (*row, last));
+            }
+        }
+    }
+
+    /// Fills what is not shown of a slice where the one beside it stands behind the surface.
+    fn fill_gaps(&self, slice: &mut Slice, beside: &Slice, (row, number): (usize, usize)) {
+        let first = self.course.firsts[number][0];
+        let runs = self.matter.vertices.runs(row);
+        let ends = runs.iter().map(|run| run.first);
+        let starts = runs.iter().map(|run| run.first + run.len);
+        let gaps = std::iter::once(0)
+            .chain(starts)
+            .zip(ends.chain([self.course.sides[0]]));
+        for (start, end) in gaps {
+            let columns = first + start..first + end;
+            let own = slice.strengths[columns.clone()].iter_mut();
+            let mut is_filled = false;
+            for (own, beside) in own.zip(&beside.strengths[columns.clone()]) {
+                // Vertices behind a surface, and only they, have more than half of it.
+                if *beside > 0.5 * self.behind_surface {
+                    *own = self.behind_surface;
+                    is_filled = true;
+                }
+            }
+            if is_filled {
+                slice.show([columns.start, columns.end]);
+            }
         }
     }
 

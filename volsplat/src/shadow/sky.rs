@@ -3,7 +3,7 @@
 //! Directions come in pairs along lines of vertices. Depths are summed along each line once, and the depth between two vertices is the
 //! difference of their sums, which serves both of them: one looks ahead and one looks back.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 use resample_core::dispatch;
 use resample_core::narrow::{count, single, whole};
@@ -36,6 +36,8 @@ pub(super) struct Sky<'a> {
     /// World units.
     pub(super) radius: f64,
     pub(super) opacity_unit: f64,
+    /// Extinction behind an opaque surface; 0 where matter is drawn.
+    pub(super) behind_surface: f32,
     pub(super) level: Vectors,
 }
 
@@ -75,6 +77,13 @@ impl Sky<'_> {
         lines
     }
 
+    /// The direction of a line in the world.
+    pub(super) fn direction(&self, line: &Line) -> Vec3 {
+        (self.world_from_grid * line.step)
+            .normalize_or_zero()
+            .as_vec3()
+    }
+
     /// Adds the transmittance along these lines, both ways, to the shares that vertices see. No line follows their rows.
     pub(super) fn add(&self, matter: Around, lines: &[Line], shares: &mut [f32]) {
         let is_cut = |bounds: &_| !matches!(self.clip.cut(bounds), Cut::By(0));
@@ -102,6 +111,7 @@ impl Sky<'_> {
                         matter,
                         cut: cut.as_ref().map(|cut| (cut, self.clip)),
                         course,
+                        behind_surface: self.behind_surface,
                     };
                     dispatch!(self.level, simd => sheet.walk(simd, sums, &mut rows));
                 }

@@ -1,6 +1,6 @@
 //! The light at the vertices of bricks.
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 use resample_core::narrow::{byte, single, whole};
 use resample_core::simd::Vectors;
@@ -13,8 +13,9 @@ use crate::look::options::Shadow;
 use crate::shadow::brightness::{Falls, Lit};
 use crate::shadow::medium::Medium;
 use crate::shadow::sharpen::sharpened_roots;
-use crate::shadow::sky::Sky;
+use crate::shadow::sky::{Line, Sky};
 use crate::shadow::strengths::{around_vertices, skins};
+use crate::shadow::surface::{Surface, divide};
 use crate::shadow::sweep::{Blocking, Met, Ray, add};
 use crate::shadow::vertices::Skins;
 use crate::shadow::vertices::{Around, Vertices};
@@ -145,7 +146,7 @@ impl<'a> Caster<'a> {
         let in_pictures = in_unit(self.world_from_index, self.length);
         let from_differences = FromDifferences::new(&in_pictures.matrix3);
         let are_scalars = matches!(medium, Medium::Scalars(_));
-        vertices.numbers(|brick, first, numbers| {
+        vertices.of_bricks(|brick, first, numbers| {
             if are_scalars {
                 brick.scalars.copy_row(first, numbers);
             } else {
@@ -205,8 +206,13 @@ impl LightTables {
         let ray = |direction| Ray::new(index_from_world * direction * caster.opacity_unit);
         let rays = directions.into_iter().map(ray).collect();
         let mut met = Met::default();
-        let mut shares = found.shares(
-            &found.numbers,
+        let around = Around {
+            vertices: &found.vertices,
+            numbers: &found.numbers,
+            skins: &found.skins,
+        };
+        let mut shares = shares(
+            around,
             rays,
             |ray| ray.along,
             |matter_of, rays, shares| {
@@ -235,21 +241,46 @@ impl LightTables {
         let Some(found) = &matter.found else {
             return Self::none();
         };
+        let surface = caster.surface.map(|scalar| Surface {
+            vertices: &found.vertices,
+            scalar,
+            scalars: &found.numbers,
+            clip: caster.clip,
+            normals_from_grid: caster.opacity_unit
+                * caster.world_from_index.matrix3.inverse().transpose(),
+            spacing: caster.spacing(),
+        });
         let sky = Sky {
             clip: caster.clip,
             world_from_grid: caster.world_from_index.matrix3,
             radius,
             opacity_unit: caster.opacity_unit,
+            behind_surface: surface.as_ref().map_or(0.0, Surface::behind),
             level: caster.level,
         };
-        let shares = found.shares(
-            &found.strengths,
-            sky.lines(),
-            |line| line.along,
-            |matter, lines, shares| {
-                sky.add(matter, lines, shares);
-            },
-        );
+        let lines = sky.lines();
+        let add =
+            |matter: Around, lines: &[Line], shares: &mut [f32]| sky.add(matter, lines, shares);
+        let add_all = |numbers: &[f32], skins: &Skins| {
+            let around = Around {
+                vertices: &found.vertices,
+                numbers,
+                skins,
+            };
+            shares(around, lines.clone(), |line| line.along, add)
+        };
+        let shares = match &surface {
+            None => add_all(&found.strengths, &found.skins),
+            Some(surface) => {
+                let depths = surface.depths();
+                let strengths: Vec<f32> = depths.iter().map(|depth| depth.strength).collect();
+                let mut shares = add_all(&strengths, &Skins::none(&found.vertices));
+                let direction = |line: Line| (line, sky.direction(&line));
+                let lines: Vec<(Line, Vec3)> = lines.iter().copied().map(direction).collect();
+                divide(&mut shares, &depths, &lines);
+                shares
+            }
+        };
         let roots = sharpened_roots(&found.vertices, &shares, caster.level);
         let seen = Lit {
             vertices: &found.vertices,
@@ -276,42 +307,37 @@ impl LightTables {
     }
 }
 
-impl Found<'_> {
-    /// A share for each vertex: what `add` adds to it for each direction, from numbers at the vertices. `along` is the axis of a direction.
-    fn shares<D>(
-        &self,
-        numbers: &[f32],
-        directions: Vec<D>,
-        along: impl Fn(&D) -> usize,
-        mut add: impl FnMut(Around, &[D], &mut [f32]),
-    ) -> Vec<f32> {
-        let directions = directions.into_iter();
-        let (follow_rows, across): (Vec<D>, Vec<D>) = directions.partition(|one| along(one) == 0);
-        let mut shares = vec![0.0; self.vertices.count()];
-        let matter = Around {
-            vertices: &self.vertices,
-            numbers,
-            skins: &self.skins,
-        };
-        add(matter, &across, &mut shares);
-        if follow_rows.is_empty() {
-            return shares;
-        }
-        // Directions that follow rows want other rows.
-        let vertices = self.vertices.turned();
-        let moved = |numbers: &[f32]| self.vertices.moved(numbers, &vertices);
-        let turned = Around {
-            vertices: &vertices,
-            numbers: &moved(numbers),
-            skins: &Skins::new(&vertices, moved(&self.skins.shares)),
-        };
-        let mut more = vec![0.0; vertices.count()];
-        add(turned, &follow_rows, &mut more);
-        for (share, more) in shares.iter_mut().zip(vertices.moved(&more, &self.vertices)) {
-            *share += more;
-        }
-        shares
+/// A share for each vertex: what `add` adds to it for each direction. `along` is the axis of a direction.
+fn shares<D>(
+    matter: Around,
+    directions: Vec<D>,
+    along: impl Fn(&D) -> usize,
+    mut add: impl FnMut(Around, &[D], &mut [f32]),
+) -> Vec<f32> {
+    let directions = directions.into_iter();
+    let (follow_rows, across): (Vec<D>, Vec<D>) = directions.partition(|one| along(one) == 0);
+    let mut shares = vec![0.0; matter.numbers.len()];
+    add(matter, &across, &mut shares);
+    if follow_rows.is_empty() {
+        return shares;
     }
+    // Directions that follow rows want other rows.
+    let vertices = matter.vertices.turned();
+    let moved = |numbers: &[f32]| matter.vertices.moved(numbers, &vertices);
+    let turned = Around {
+        vertices: &vertices,
+        numbers: &moved(matter.numbers),
+        skins: &Skins::new(&vertices, moved(&matter.skins.shares)),
+    };
+    let mut more = vec![0.0; shares.len()];
+    add(turned, &follow_rows, &mut more);
+    for (share, more) in shares
+        .iter_mut()
+        .zip(vertices.moved(&more, matter.vertices))
+    {
+        *share += more;
+    }
+    shares
 }
 
 /// The square roots of shares at vertices, in bytes, for each brick.

@@ -75,6 +75,14 @@ pub(super) struct Skins {
 }
 
 impl Skins {
+    /// Matter without skin.
+    pub(super) fn none(vertices: &Vertices) -> Self {
+        Self {
+            shares: vec![0.0; vertices.count()],
+            in_rows: vec![false; vertices.row_count()],
+        }
+    }
+
     pub(super) fn new(vertices: &Vertices, shares: Vec<f32>) -> Self {
         let rows = 0..vertices.row_count();
         let has_skin = |row| {
@@ -380,11 +388,11 @@ impl<'a> Vertices<'a> {
     }
 
     /// Calls a function with the number of each row and its part of a list of numbers.
-    pub(super) fn change_rows<S>(
+    pub(super) fn change_rows<S, T: Send>(
         &self,
-        numbers: &mut [f32],
+        numbers: &mut [T],
         scratch: impl Fn() -> S + Sync + Send,
-        change: impl Fn(&mut S, usize, &mut [f32]) + Sync + Send,
+        change: impl Fn(&mut S, usize, &mut [T]) + Sync + Send,
     ) {
         let rows = self.split(numbers);
         let rows = rows.into_par_iter().enumerate().with_min_len(16);
@@ -396,7 +404,7 @@ impl<'a> Vertices<'a> {
     }
 
     /// The parts of a list of numbers that belong to each row.
-    pub(super) fn split<'n>(&self, numbers: &'n mut [f32]) -> Vec<&'n mut [f32]> {
+    pub(super) fn split<'n, T>(&self, numbers: &'n mut [T]) -> Vec<&'n mut [T]> {
         let mut rest = numbers;
         let mut rows = Vec::with_capacity(self.row_count());
         for row in 0..self.row_count() {
@@ -407,13 +415,13 @@ impl<'a> Vertices<'a> {
         rows
     }
 
-    /// A number for each vertex: `of_row` finds those of a row of a brick, by the place of its first vertex. Rows lie along x.
-    pub(super) fn numbers(
+    /// Something for each vertex: `of_row` finds those of a row of a brick, by the place of its first vertex. Rows lie along x.
+    pub(super) fn of_bricks<T: Clone + Default + Send>(
         &self,
-        of_row: impl Fn(&CellBrick, usize, &mut [f32]) + Sync,
-    ) -> Vec<f32> {
+        of_row: impl Fn(&CellBrick, usize, &mut [T]) + Sync,
+    ) -> Vec<T> {
         let layers = Layers::new(self.field, self.axes, self.within);
-        let mut numbers = vec![0.0; self.count()];
+        let mut numbers = vec![T::default(); self.count()];
         let height = self.sides()[1];
         let mut rows = self.split(&mut numbers);
         let slices = rows.par_chunks_mut(height).enumerate();

@@ -1,0 +1,277 @@
+//! The sky's light on an isosurface.
+//!
+//! An opaque surface begins within less than the way between two vertices, which would give its light rings, by its depth between them. So its
+//! matter is softer here than it is: extinction rises evenly over a few steps around it, slowly enough for vertices to tell. What a flat
+//! surface with the same normal would leave of the light at the depth of a vertex is known, and divided out.
+//! Distances from the surface begin at edges that it cuts, and go on from neighbour to neighbour by the Eikonal equation, |grad d| = 1 (J. A.
+//! Sethian, "Level Set Methods and Fast Marching Methods", 1999, first order). The difference of scalars by the length of the gradient, tried before
+//! that, put the surface elsewhere for both ends of an edge, which showed as rings.
+//! Limits: what is thinner than the soft matter takes less light; the side of the lower scalars is lit.
+
+use glam::{DMat3, DVec3, Vec3};
+use rayon::prelude::*;
+use resample_core::narrow::single;
+
+use crate::look::clip::GridClip;
+use crate::shadow::sky::Line;
+use crate::shadow::vertices::{LANES, PaddedRow, Vertices};
+
+/// Steps from the surface to where its soft matter begins, and to where it is as thick as it gets: a surface that is cut by a cell of vertices
+/// lies up to 1.7 steps from them.
+const HALF_WIDTH: f32 = 1.5;
+
+/// Optical depth of a step behind the soft matter. From step to step it rises by 1: up to 1.5, vertices tell the light to 5 %.
+const BEHIND: f32 = 2.0 * HALF_WIDTH;
+
+/// Rounds of going on from neighbour to neighbour: as far as the soft matter goes, on diagonals too.
+const ROUNDS: usize = 3;
+
+/// Shares of a flat surface's light below this are too small to be divided by.
+const LEAST_SHARE: f32 = 1e-3;
+
+/// Where an isosurface lies.
+pub(super) struct Surface<'a> {
+    /// Rows lie along x.
+    pub(super) vertices: &'a Vertices<'a>,
+    pub(super) scalar: f32,
+    /// At vertices, NaN where nothing is shown.
+    pub(super) scalars: &'a [f32],
+    pub(super) clip: &'a GridClip,
+    /// Takes normals of planes from the grid to the world, where they are as long as planes lie close together in opacity units.
+    pub(super) normals_from_grid: DMat3,
+    /// From a vertex to the next along each axis, opacity units.
+    pub(super) spacing: [f32; 3],
+}
+
+/// How a vertex lies in the soft matter.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Depth {
+    /// Extinction, per opacity unit.
+    pub(super) strength: f32,
+    /// Optical depth straight from the front.
+    depth: f32,
+    /// Of length 1, to either side; 0 where there is none.
+    normal: Vec3,
+}
+
+impl Surface<'_> {
+    /// The shortest way from a vertex to the next, opacity units.
+    fn step(&self) -> f32 {
+        let [x, y, z] = self.spacing;
+        x.min(y).min(z)
+    }
+
+    /// Extinction far behind it, per opacity unit.
+    pub(super) fn behind(&self) -> f32 {
+        BEHIND / self.step()
+    }
+
+    /// How each vertex lies in it.
+    pub(super) fn depths(&self) -> Vec<Depth> {
+        let steps = self.spacing.map(|spacing| spacing / self.step());
+        let heights: Vec<f32> = self.scalars.iter().map(|own| own - self.scalar).collect();
+        let mut distances = self.change(&heights, |around| distance_from_edges(around, steps));
+        for _ in 0..ROUNDS {
+            distances = self.change(&distances, |around| distance_from_neighbours(around, steps));
+        }
+        self.change_at(&distances, |around, in_grid| {
+            self.depth(around, in_grid, steps)
+        })
+    }
+
+    /// Something new for each vertex, from its number and those of its neighbours.
+    fn change<T: Copy + Default + Send>(
+        &self,
+        numbers: &[f32],
+        of: impl Fn(&Cross) -> T + Sync + Send,
+    ) -> Vec<T> {
+        self.change_at(numbers, |around, _| of(around))
+    }
+
+    /// The same, from its place in the grid too.
+    fn change_at<T: Copy + Default + Send>(
+        &self,
+        numbers: &[f32],
+        of: impl Fn(&Cross, DVec3) -> T + Sync + Send,
+    ) -> Vec<T> {
+        let width = self.vertices.sides()[0];
+        let lines = || [(); 5].map(|()| PaddedRow::new(width));
+        let mut changed = vec![T::default(); numbers.len()];
+        self.vertices
+            .change_rows(&mut changed, lines, |lines, row, changed| {
+                self.vertices.fill_around(row, numbers, lines);
+                for run in self.vertices.runs(row) {
+                    let mut in_grid = self.vertices.in_grid(row);
+                    in_grid.x += run.first as f64;
+                    for (changed, vertex) in changed[self.vertices.in_row(row, run)]
+                        .iter_mut()
+                        .zip(run.first..)
+                    {
+                        *changed = of(&Cross::new(lines, vertex), in_grid);
+                        in_grid.x += 1.0;
+                    }
+                }
+            });
+        changed
+    }
+
+    /// How a vertex lies, by its distance and those of its neighbours.
+    fn depth(&self, around: &Cross, in_grid: DVec3, steps: [f32; 3]) -> Depth {
+        let distance = around.own;
+        if distance > 0.0 {
+            let (height, normal) = self.lowest_cut(in_grid);
+            // Matter that is cut begins at the cut.
+            if height < distance {
+                return Depth {
+                    strength: soft(height) / self.step(),
+                    depth: optical_depth(height) - optical_depth(0.0),
+                    normal,
+                };
+            }
+        }
+        Depth {
+            // NaN where nothing is shown.
+            strength: soft(distance).max(0.0) / self.step(),
+            depth: optical_depth(distance),
+            normal: self.in_world(around.slopes(steps)),
+        }
+    }
+
+    /// The direction of a gradient in the grid, per step along each axis, in the world.
+    fn in_world(&self, slopes: [f32; 3]) -> Vec3 {
+        let spacing = DVec3::from(self.spacing.map(f64::from));
+        let in_grid = Vec3::from(slopes).as_dvec3() * spacing;
+        (self.normals_from_grid * in_grid)
+            .normalize_or_zero()
+            .as_vec3()
+    }
+}
+
+/// The number of a vertex, and those before and after it along each axis; NaN where nothing is shown.
+struct Cross {
+    own: f32,
+    beside: [[f32; 2]; 3],
+}
+
+impl Cross {
+    fn new([own, y_before, y_after, z_before, z_after]: &[PaddedRow; 5], vertex: usize) -> Self {
+        let at = vertex + LANES;
+        Self {
+            own: own.0[at],
+            beside: [
+                [own.0[at - 1], own.0[at + 1]],
+                [y_before.0[at], y_after.0[at]],
+                [z_before.0[at], z_after.0[at]],
+            ],
+        }
+    }
+
+    /// Slopes along the axes; `steps` are the ways to the neighbours.
+    fn slopes(&self, steps: [f32; 3]) -> [f32; 3] {
+        [0, 1, 2].map(|axis: usize| {
+            let ends = self.beside[axis];
+            let known = ends.map(f32::is_finite);
+            let [before, after] =
+                [0, 1].map(|end: usize| if known[end] { ends[end] } else { self.own });
+            let ways = f32::from(known[0]) + f32::from(known[1]);
+            (after - before) / (steps[axis] * ways.max(1.0))
+        })
+    }
+}
+
+/// The distance from a surface that cuts edges to the neighbours, of heights above it; infinite where none is cut.
+fn distance_from_edges(around: &Cross, steps: [f32; 3]) -> f32 {
+    let own = around.own;
+    let mut sum = 0.0;
+    for (ends, step) in around.beside.into_iter().zip(steps) {
+        let cut = ends
+            .into_iter()
+            .filter(|end| own * end <= 0.0 && own != *end);
+        let ways = cut.map(|end| own / (own - end) * step);
+        let way = ways.fold(f32::INFINITY, f32::min);
+        sum += 1.0 / (way * way).max(f32::MIN_POSITIVE);
+    }
+    // NaN stays.
+    (1.0 / sum.sqrt()).copysign(own) + 0.0 * own
+}
+
+/// The distance of a vertex that is not known from those of its neighbours on the same side.
+fn distance_from_neighbours(around: &Cross, steps: [f32; 3]) -> f32 {
+    let own = around.own;
+    if own.is_finite() || own.is_nan() {
+        return own;
+    }
+    let mut known: [(f32, f32); 3] = [0, 1, 2].map(|axis: usize| {
+        let same = around.beside[axis]
+            .into_iter()
+            .filter(|end| end * own > 0.0);
+        (
+            same.map(f32::abs).fold(f32::INFINITY, f32::min),
+            steps[axis],
+        )
+    });
+    known.sort_by(|a, b| a.0.total_cmp(&b.0));
+    // (d - a)^2 / x^2 + (d - b)^2 / y^2 + ... = 1, with as many terms as lie below d.
+    let (mut distance, [mut a, mut b, mut c]) = (f32::INFINITY, [0.0, 0.0, -1.0]);
+    for (from, step) in known {
+        if !(from < distance) {
+            break;
+        }
+        let weight = 1.0 / (step * step);
+        (a, b, c) = (a + weight, b + weight * from, c + weight * from * from);
+        distance = (b + (b * b - a * c).max(0.0).sqrt()) / a;
+    }
+    distance.copysign(own)
+}
+
+impl Surface<'_> {
+    /// How far a vertex lies behind the nearest face of the box, or plane of the clip, steps, and its normal.
+    fn lowest_cut(&self, in_grid: DVec3) -> (f32, Vec3) {
+        let [low, high] = self.vertices.within.ends();
+        let of_box = (0..3).flat_map(|axis| {
+            let normal = DVec3::AXES[axis];
+            [
+                (in_grid[axis] - low[axis], normal),
+                (high[axis] - in_grid[axis], normal),
+            ]
+        });
+        let cuts = of_box.chain(self.clip.lowest(in_grid));
+        let cuts = cuts.map(|(height, normal)| {
+            let normal = self.normals_from_grid * normal;
+            (height / normal.length(), normal)
+        });
+        let lowest = cuts.min_by(|a, b| a.0.total_cmp(&b.0));
+        let (height, normal) = lowest.unwrap_or((f64::INFINITY, DVec3::Z));
+        (
+            single(height).max(0.0) / self.step(),
+            normal.normalize_or_zero().as_vec3(),
+        )
+    }
+}
+
+/// Divides the shares of the sky that vertices see by what a flat surface leaves of it, 1/2 in front of it.
+pub(super) fn divide(shares: &mut [f32], depths: &[Depth], lines: &[(Line, Vec3)]) {
+    let shares = shares.par_iter_mut().zip(depths).with_min_len(4096);
+    shares.for_each(|(share, depth)| {
+        let of_line = |(line, direction): &(Line, Vec3)| {
+            let cos = depth.normal.dot(*direction).abs();
+            line.weight * (-depth.depth / cos.max(f32::MIN_POSITIVE)).exp()
+        };
+        let flat: f32 = lines.iter().map(of_line).sum();
+        if flat > LEAST_SHARE {
+            *share = (0.5 * *share / flat).min(1.0);
+        }
+    });
+}
+
+/// Optical depth of a step at a distance from the surface, steps, above 0 behind it.
+fn soft(distance: f32) -> f32 {
+    (distance + HALF_WIDTH).clamp(0.0, BEHIND)
+}
+
+/// Optical depth from the front of the soft matter straight to a distance from the surface.
+fn optical_depth(distance: f32) -> f32 {
+    let inside = (distance + HALF_WIDTH).max(0.0);
+    let soft = inside.min(BEHIND);
+    0.5 * soft * soft + BEHIND * (inside - soft)
+}
