@@ -50,6 +50,7 @@ mod texmap_shadows;
 mod texmap_sparkle;
 mod texmap_sun;
 mod texmap_truth;
+mod surface_light;
 mod thick_slices;
 mod thin_plates;
 mod threads;

@@ -181,13 +181,6 @@ impl GridClip {
         })
     }
 
-    /// The height of a position above the lowest of the planes, voxels, below 0 where it is not kept, and that plane's normal, in the grid.
-    pub(crate) fn lowest(&self, pos_in_grid: DVec3) -> Option<(f64, DVec3)> {
-        let heights = self.half_spaces.iter();
-        let heights = heights.map(|half| (half.height(pos_in_grid), half.normal));
-        heights.min_by(|a, b| a.0.total_cmp(&b.0))
-    }
-
     /// The part of a ray that is kept, from one parameter to another; the first is the larger where there is none.
     pub(crate) fn interval(&self, origin: DVec3, direction: DVec3) -> [f64; 2] {
         let mut ends = [f64::NEG_INFINITY, f64::INFINITY];

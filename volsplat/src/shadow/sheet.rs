@@ -5,12 +5,13 @@
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
+use glam::Vec3;
 use resample_core::narrow::{floor, single};
 use resample_core::simd::exp2;
 
 use crate::look::clip::GridClip;
 use crate::shadow::sky::Line;
-use crate::shadow::vertices::{Around, LANES, Vertices, lanes, mix};
+use crate::shadow::vertices::{Around, LANES, Soft, Vertices, lanes, mix};
 
 /// A row of vertices by its number, and their shares of the sky.
 pub(super) type SheetRow<'a> = Option<(usize, &'a mut [f32])>;
@@ -100,6 +101,8 @@ pub(super) struct Sums {
     depths: Vec<Vec<f32>>,
     light: Vec<f32>,
     skins: Vec<f32>,
+    /// Normals of an isosurface, and optical depths in front of its vertices.
+    soft: [Vec<f32>; 4],
 }
 
 /// A slice on the lines of a sheet.
@@ -107,6 +110,8 @@ struct Slice {
     strengths: Vec<f32>,
     /// 1 in the box of all bricks, 0 outside of it.
     inside: Vec<f32>,
+    /// Optical depths in front of the vertices around an isosurface.
+    soft: Vec<f32>,
     /// The columns in that box.
     columns: [usize; 2],
     /// Columns that show something, of whole vectors: from the first to the last.
@@ -128,6 +133,7 @@ impl Sums {
         let slice = || Slice {
             strengths: zeros(),
             inside: zeros(),
+            soft: zeros(),
             columns: [0; 2],
             shown: [0; 2],
             cut: None,
@@ -140,6 +146,7 @@ impl Sums {
             depths: vec![zeros(); reach + 2],
             light: zeros(),
             skins: zeros(),
+            soft: [zeros(), zeros(), zeros(), zeros()],
         }
     }
 
@@ -164,6 +171,7 @@ impl Slice {
         let [first, end] = self.columns;
         self.strengths[first..end].fill(0.0);
         self.inside[first..end].fill(0.0);
+        self.soft[first..end].fill(0.0);
         (self.columns, self.shown) = ([0; 2], [0; 2]);
     }
 }
@@ -200,8 +208,6 @@ pub(super) struct Sheet<'a> {
     /// The vertices of bricks that a clip cuts.
     pub(super) cut: Option<(&'a Vertices<'a>, &'a GridClip)>,
     pub(super) course: &'a Course<'a>,
-    /// Extinction behind an opaque surface, whose bricks hold nothing but its neighbourhood; 0 where matter is drawn.
-    pub(super) behind_surface: f32,
 }
 
 /// Where depths end that are seen from a slice: between two slices, this share of the way back from the second.
@@ -241,7 +247,11 @@ impl Sheet<'_> {
         slice.columns = [columns.start, columns.end];
         slice.inside[columns.clone()].fill(1.0);
         let vertices = self.matter.vertices;
-        vertices.place(*row, self.matter.numbers, &mut slice.strengths[columns]);
+        vertices.place(
+            *row,
+            self.matter.numbers,
+            &mut slice.strengths[columns.clone()],
+        );
         if let [first_run, .., last_run] | [first_run @ last_run] = vertices.runs(*row) {
             let ends = [first_run.first, last_run.first + last_run.len];
             slice.show(ends.map(|end| first + end));
@@ -253,18 +263,26 @@ impl Sheet<'_> {
             halves.reset();
             self.cut(halves, (cut, clip), (*row, first));
         }
-        if self.behind_surface > 0.0 {
-            self.fill_gaps(slice, before, (*row, number));
+        if let Some(soft) = self.matter.soft {
+            vertices.place(*row, &soft.depths, &mut slice.soft[columns]);
+            self.fill_gaps(slice, before, (*row, number), soft);
             if let Some(last) = number.checked_sub(1)
                 && let Some((row, _)) = &rows[last]
             {
-                self.fill_gaps(before, slice, (*row, last));
+                self.fill_gaps(before, slice, (*row, last), soft);
             }
         }
     }
 
-    /// Fills what is not shown of a slice where the one beside it stands behind the surface.
-    fn fill_gaps(&self, slice: &mut Slice, beside: &Slice, (row, number): (usize, usize)) {
+    /// Fills what is not shown of a slice where the one beside it stands behind the surface, of which bricks hold no more than the
+    /// neighbourhood.
+    fn fill_gaps(
+        &self,
+        slice: &mut Slice,
+        beside: &Slice,
+        (row, number): (usize, usize),
+        soft: &Soft,
+    ) {
         let first = self.course.firsts[number][0];
         let runs = self.matter.vertices.runs(row);
         let ends = runs.iter().map(|run| run.first);
@@ -275,11 +293,11 @@ impl Sheet<'_> {
         for (start, end) in gaps {
             let columns = first + start..first + end;
             let own = slice.strengths[columns.clone()].iter_mut();
+            let own = own.zip(&mut slice.soft[columns.clone()]);
             let mut is_filled = false;
-            for (own, beside) in own.zip(&beside.strengths[columns.clone()]) {
-                // Vertices behind a surface, and only they, have more than half of it.
-                if *beside > 0.5 * self.behind_surface {
-                    *own = self.behind_surface;
+            for ((strength, depth), beside) in own.zip(&beside.soft[columns.clone()]) {
+                if *beside > soft.at_surface {
+                    (*strength, *depth) = (soft.behind, *beside);
                     is_filled = true;
                 }
             }
@@ -352,6 +370,17 @@ impl Sheet<'_> {
             vertices.place(*row, &self.matter.skins.shares, &mut sums.skins[first..]);
             &sums.skins[..]
         });
+        let soft = self.matter.soft.map(|soft| {
+            let [x, y, z] = &soft.normals;
+            for (numbers, line) in [x, y, z, &soft.depths].into_iter().zip(&mut sums.soft) {
+                vertices.place(*row, numbers, &mut line[first..]);
+            }
+            &sums.soft
+        });
+        let outwards = match way {
+            Way::Ahead => line.direction,
+            Way::Back => -line.direction,
+        };
         for run in vertices.runs(*row) {
             let columns = first + run.first..first + run.first + run.len;
             let [from, to] = whole_vectors([columns.start, columns.end]);
@@ -367,7 +396,10 @@ impl Sheet<'_> {
                     let of_skin = (end - lanes(simd, next, place)).abs() + SKIN_DEPTH;
                     depth += lanes(simd, skins, place) * (of_skin - depth);
                 }
-                let light = exp2(simd, -depth) * line.weight;
+                let mut light = exp2(simd, -depth) * line.weight;
+                if let Some(soft) = soft {
+                    light = light_of_surface(simd, (soft, place), outwards, depth) * line.weight;
+                }
                 light.store_slice(&mut sums.light[place..][..LANES]);
             }
             let light = &sums.light[columns];
@@ -376,6 +408,35 @@ impl Sheet<'_> {
             }
         }
     }
+}
+
+/// Cosines of a direction with the normal, up to which an isosurface counts less of it: the sky around it lies partly below the surface.
+/// Directions lie 35 to 55 degrees apart; that their neighbourhood reaches as far as 24 degrees is a guess.
+const GRAZING: f32 = 0.4;
+
+/// How much of a direction lies above a surface, by its cosine with the normal.
+pub(super) fn part_above(cos: f32) -> f32 {
+    (cos / GRAZING).clamp(0.0, 1.0)
+}
+
+/// The transmittance along a direction from vertices around an isosurface, less what a flat surface takes, times the part of the direction that
+/// lies above it.
+#[inline(always)]
+fn light_of_surface<S: Simd>(
+    simd: S,
+    ([x, y, z, own], place): (&[Vec<f32>; 4], usize),
+    direction: Vec3,
+    depth: f32x16<S>,
+) -> f32x16<S> {
+    let zero = f32x16::splat(simd, 0.0);
+    let cos = lanes(simd, x, place) * direction.x
+        + lanes(simd, y, place) * direction.y
+        + lanes(simd, z, place) * direction.z;
+    let part = (cos * (1.0 / GRAZING))
+        .max(zero)
+        .min(f32x16::splat(simd, 1.0));
+    let flat = lanes(simd, own, place) / cos.max(f32x16::splat(simd, 1e-3));
+    exp2(simd, zero - (depth - flat).max(zero)) * part
 }
 
 /// To which side of a slice its vertices look.

@@ -27,6 +27,8 @@ pub(super) struct Line {
     pub(super) fraction: f32,
     /// Share of the sky around each of the two directions.
     pub(super) weight: f32,
+    /// In the world, of length 1.
+    pub(super) direction: Vec3,
 }
 
 /// The sky around the vertices of a field.
@@ -36,8 +38,6 @@ pub(super) struct Sky<'a> {
     /// World units.
     pub(super) radius: f64,
     pub(super) opacity_unit: f64,
-    /// Extinction behind an opaque surface; 0 where matter is drawn.
-    pub(super) behind_surface: f32,
     pub(super) level: Vectors,
 }
 
@@ -69,19 +69,13 @@ impl Sky<'_> {
                 reach: count(whole(slices.floor())),
                 fraction: single(slices - slices.floor()),
                 weight: 0.0,
+                direction: in_world.normalize_or_zero().as_vec3(),
             });
         }
         for (line, share) in lines.iter_mut().zip(shares_of_sky(&directions)) {
             line.weight = single(0.5 * share);
         }
         lines
-    }
-
-    /// The direction of a line in the world.
-    pub(super) fn direction(&self, line: &Line) -> Vec3 {
-        (self.world_from_grid * line.step)
-            .normalize_or_zero()
-            .as_vec3()
     }
 
     /// Adds the transmittance along these lines, both ways, to the shares that vertices see. No line follows their rows.
@@ -111,7 +105,6 @@ impl Sky<'_> {
                         matter,
                         cut: cut.as_ref().map(|cut| (cut, self.clip)),
                         course,
-                        behind_surface: self.behind_surface,
                     };
                     dispatch!(self.level, simd => sheet.walk(simd, sums, &mut rows));
                 }

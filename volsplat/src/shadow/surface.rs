@@ -6,28 +6,29 @@
 //! Distances from the surface begin at edges that it cuts, and go on from neighbour to neighbour by the Eikonal equation, |grad d| = 1 (J. A.
 //! Sethian, "Level Set Methods and Fast Marching Methods", 1999, first order). The difference of scalars by the length of the gradient, tried before
 //! that, put the surface elsewhere for both ends of an edge, which showed as rings.
-//! Limits: what is thinner than the soft matter takes less light; the side of the lower scalars is lit.
+//! Limits: what is thinner than the soft matter takes less light, and places nearer to each other than it are darker. The side of the lower scalars
+//! is lit: where a clip opens a body, its inner side has the light of the outer one.
 
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 use resample_core::narrow::single;
 
-use crate::look::clip::GridClip;
+use crate::shadow::sheet::part_above;
 use crate::shadow::sky::Line;
-use crate::shadow::vertices::{LANES, PaddedRow, Vertices};
+use crate::shadow::vertices::{LANES, PaddedRow, Soft, Vertices};
 
 /// Steps from the surface to where its soft matter begins, and to where it is as thick as it gets: a surface that is cut by a cell of vertices
 /// lies up to 1.7 steps from them.
-const HALF_WIDTH: f32 = 1.5;
+const HALF_WIDTH: f32 = 1.0;
+
+/// Optical depths by which a step is thicker than the one before it.
+const RISE: f32 = 1.5;
 
 /// Optical depth of a step behind the soft matter. From step to step it rises by 1: up to 1.5, vertices tell the light to 5 %.
-const BEHIND: f32 = 2.0 * HALF_WIDTH;
+const BEHIND: f32 = 2.0 * HALF_WIDTH * RISE;
 
 /// Rounds of going on from neighbour to neighbour: as far as the soft matter goes, on diagonals too.
 const ROUNDS: usize = 3;
-
-/// Shares of a flat surface's light below this are too small to be divided by.
-const LEAST_SHARE: f32 = 1e-3;
 
 /// Where an isosurface lies.
 pub(super) struct Surface<'a> {
@@ -36,21 +37,21 @@ pub(super) struct Surface<'a> {
     pub(super) scalar: f32,
     /// At vertices, NaN where nothing is shown.
     pub(super) scalars: &'a [f32],
-    pub(super) clip: &'a GridClip,
     /// Takes normals of planes from the grid to the world, where they are as long as planes lie close together in opacity units.
     pub(super) normals_from_grid: DMat3,
-    /// From a vertex to the next along each axis, opacity units.
+    /// From a vertex to the next along each axis, opacity units; along the world's axes, the part of each.
     pub(super) spacing: [f32; 3],
+    pub(super) axes: DMat3,
 }
 
 /// How a vertex lies in the soft matter.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Depth {
+struct Depth {
     /// Extinction, per opacity unit.
-    pub(super) strength: f32,
-    /// Optical depth straight from the front.
+    strength: f32,
+    /// Optical depth straight from outside.
     depth: f32,
-    /// Of length 1, to either side; 0 where there is none.
+    /// Out of it, of length 1; 0 where there is none.
     normal: Vec3,
 }
 
@@ -61,22 +62,28 @@ impl Surface<'_> {
         x.min(y).min(z)
     }
 
-    /// Extinction far behind it, per opacity unit.
-    pub(super) fn behind(&self) -> f32 {
-        BEHIND / self.step()
-    }
-
-    /// How each vertex lies in it.
-    pub(super) fn depths(&self) -> Vec<Depth> {
+    /// The extinction at each vertex, per opacity unit, and how it lies.
+    pub(super) fn soft(&self) -> (Vec<f32>, Soft) {
         let steps = self.spacing.map(|spacing| spacing / self.step());
         let heights: Vec<f32> = self.scalars.iter().map(|own| own - self.scalar).collect();
         let mut distances = self.change(&heights, |around| distance_from_edges(around, steps));
         for _ in 0..ROUNDS {
             distances = self.change(&distances, |around| distance_from_neighbours(around, steps));
         }
-        self.change_at(&distances, |around, in_grid| {
+        let depths = self.change_at(&distances, |around, in_grid| {
             self.depth(around, in_grid, steps)
-        })
+        });
+        let soft = Soft {
+            normals: [0, 1, 2]
+                .map(|axis: usize| depths.iter().map(|own| own.normal[axis]).collect()),
+            depths: depths
+                .iter()
+                .map(|own| own.depth * std::f32::consts::LOG2_E)
+                .collect(),
+            at_surface: optical_depth(0.0) * std::f32::consts::LOG2_E,
+            behind: BEHIND / self.step(),
+        };
+        (depths.iter().map(|own| own.strength).collect(), soft)
     }
 
     /// Something new for each vertex, from its number and those of its neighbours.
@@ -122,19 +129,31 @@ impl Surface<'_> {
             let (height, normal) = self.lowest_cut(in_grid);
             // Matter that is cut begins at the cut.
             if height < distance {
+                let (strength, depth) = self.at(height, normal);
                 return Depth {
-                    strength: soft(height) / self.step(),
-                    depth: optical_depth(height) - optical_depth(0.0),
+                    strength,
+                    depth: depth - optical_depth(0.0),
                     normal,
                 };
             }
         }
+        let normal = -self.in_world(around.slopes(steps));
+        let (strength, depth) = self.at(distance, normal);
         Depth {
-            // NaN where nothing is shown.
-            strength: soft(distance).max(0.0) / self.step(),
-            depth: optical_depth(distance),
-            normal: self.in_world(around.slopes(steps)),
+            strength,
+            depth,
+            normal,
         }
+    }
+
+    /// The extinction at a distance, in the shortest steps, and the optical depth in front of it. Soft matter is as wide as neighbours lie apart
+    /// along the normal.
+    fn at(&self, distance: f32, normal: Vec3) -> (f32, f32) {
+        let step = (self.axes * normal.as_dvec3()).length();
+        let step = single(step).max(self.step());
+        let distance = distance * self.step() / step;
+        // NaN where nothing is shown.
+        (thickness(distance).max(0.0) / step, optical_depth(distance))
     }
 
     /// The direction of a gradient in the grid, per step along each axis, in the world.
@@ -225,18 +244,17 @@ fn distance_from_neighbours(around: &Cross, steps: [f32; 3]) -> f32 {
 }
 
 impl Surface<'_> {
-    /// How far a vertex lies behind the nearest face of the box, or plane of the clip, steps, and its normal.
+    /// How far a vertex lies behind the nearest face of the box, steps, and the direction out of it.
     fn lowest_cut(&self, in_grid: DVec3) -> (f32, Vec3) {
         let [low, high] = self.vertices.within.ends();
         let of_box = (0..3).flat_map(|axis| {
             let normal = DVec3::AXES[axis];
             [
-                (in_grid[axis] - low[axis], normal),
+                (in_grid[axis] - low[axis], -normal),
                 (high[axis] - in_grid[axis], normal),
             ]
         });
-        let cuts = of_box.chain(self.clip.lowest(in_grid));
-        let cuts = cuts.map(|(height, normal)| {
+        let cuts = of_box.map(|(height, normal)| {
             let normal = self.normals_from_grid * normal;
             (height / normal.length(), normal)
         });
@@ -249,29 +267,27 @@ impl Surface<'_> {
     }
 }
 
-/// Divides the shares of the sky that vertices see by what a flat surface leaves of it, 1/2 in front of it.
-pub(super) fn divide(shares: &mut [f32], depths: &[Depth], lines: &[(Line, Vec3)]) {
-    let shares = shares.par_iter_mut().zip(depths).with_min_len(4096);
-    shares.for_each(|(share, depth)| {
-        let of_line = |(line, direction): &(Line, Vec3)| {
-            let cos = depth.normal.dot(*direction).abs();
-            line.weight * (-depth.depth / cos.max(f32::MIN_POSITIVE)).exp()
-        };
-        let flat: f32 = lines.iter().map(of_line).sum();
-        if flat > LEAST_SHARE {
-            *share = (0.5 * *share / flat).min(1.0);
+/// Divides the light that vertices see by the part of the sky above a flat surface, of which half is free.
+pub(super) fn divide(shares: &mut [f32], soft: &Soft, lines: &[Line]) {
+    let shares = shares.par_iter_mut().enumerate().with_min_len(4096);
+    shares.for_each(|(vertex, share)| {
+        let normal = Vec3::from(soft.normals.each_ref().map(|along| along[vertex]));
+        let above = |line: &Line| line.weight * part_above(normal.dot(line.direction).abs());
+        let above: f32 = lines.iter().map(above).sum();
+        if above > 0.0 {
+            *share *= 0.5 / above;
         }
     });
 }
 
 /// Optical depth of a step at a distance from the surface, steps, above 0 behind it.
-fn soft(distance: f32) -> f32 {
-    (distance + HALF_WIDTH).clamp(0.0, BEHIND)
+fn thickness(distance: f32) -> f32 {
+    (RISE * (distance + HALF_WIDTH)).clamp(0.0, BEHIND)
 }
 
 /// Optical depth from the front of the soft matter straight to a distance from the surface.
 fn optical_depth(distance: f32) -> f32 {
     let inside = (distance + HALF_WIDTH).max(0.0);
-    let soft = inside.min(BEHIND);
-    0.5 * soft * soft + BEHIND * (inside - soft)
+    let soft = inside.min(2.0 * HALF_WIDTH);
+    0.5 * RISE * soft * soft + BEHIND * (inside - soft)
 }

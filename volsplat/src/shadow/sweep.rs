@@ -255,6 +255,7 @@ pub(super) fn add(blocking: &Blocking, ray: &Ray, (shares, weight): (&mut [f32],
         vertices,
         numbers,
         skins,
+        ..
     } = blocking.matter;
     let columns = Columns::new(vertices, ray);
     let [width, height, slices] = columns.sides;

@@ -1,6 +1,6 @@
 //! The light at the vertices of bricks.
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 use resample_core::narrow::{byte, single, whole};
 use resample_core::simd::Vectors;
@@ -210,6 +210,7 @@ impl LightTables {
             vertices: &found.vertices,
             numbers: &found.numbers,
             skins: &found.skins,
+            soft: None,
         };
         let mut shares = shares(
             around,
@@ -245,42 +246,41 @@ impl LightTables {
             vertices: &found.vertices,
             scalar,
             scalars: &found.numbers,
-            clip: caster.clip,
             normals_from_grid: caster.opacity_unit
                 * caster.world_from_index.matrix3.inverse().transpose(),
             spacing: caster.spacing(),
+            axes: caster.world_from_index.matrix3.transpose() * (1.0 / caster.opacity_unit),
         });
         let sky = Sky {
             clip: caster.clip,
             world_from_grid: caster.world_from_index.matrix3,
             radius,
             opacity_unit: caster.opacity_unit,
-            behind_surface: surface.as_ref().map_or(0.0, Surface::behind),
             level: caster.level,
+        };
+        let soft = surface.map(|surface| surface.soft());
+        let no_skins = Skins::none(&found.vertices);
+        let around = match &soft {
+            Some((strengths, soft)) => Around {
+                vertices: &found.vertices,
+                numbers: strengths,
+                skins: &no_skins,
+                soft: Some(soft),
+            },
+            None => Around {
+                vertices: &found.vertices,
+                numbers: &found.strengths,
+                skins: &found.skins,
+                soft: None,
+            },
         };
         let lines = sky.lines();
         let add =
             |matter: Around, lines: &[Line], shares: &mut [f32]| sky.add(matter, lines, shares);
-        let add_all = |numbers: &[f32], skins: &Skins| {
-            let around = Around {
-                vertices: &found.vertices,
-                numbers,
-                skins,
-            };
-            shares(around, lines.clone(), |line| line.along, add)
-        };
-        let shares = match &surface {
-            None => add_all(&found.strengths, &found.skins),
-            Some(surface) => {
-                let depths = surface.depths();
-                let strengths: Vec<f32> = depths.iter().map(|depth| depth.strength).collect();
-                let mut shares = add_all(&strengths, &Skins::none(&found.vertices));
-                let direction = |line: Line| (line, sky.direction(&line));
-                let lines: Vec<(Line, Vec3)> = lines.iter().copied().map(direction).collect();
-                divide(&mut shares, &depths, &lines);
-                shares
-            }
-        };
+        let mut shares = shares(around, lines.clone(), |line| line.along, add);
+        if let Some((_, soft)) = &soft {
+            divide(&mut shares, soft, &lines);
+        }
         let roots = sharpened_roots(&found.vertices, &shares, caster.level);
         let seen = Lit {
             vertices: &found.vertices,
@@ -324,10 +324,12 @@ fn shares<D>(
     // Directions that follow rows want other rows.
     let vertices = matter.vertices.turned();
     let moved = |numbers: &[f32]| matter.vertices.moved(numbers, &vertices);
+    let soft = (matter.soft).map(|soft| soft.moved(matter.vertices, &vertices));
     let turned = Around {
         vertices: &vertices,
         numbers: &moved(matter.numbers),
         skins: &Skins::new(&vertices, moved(&matter.skins.shares)),
+        soft: soft.as_ref(),
     };
     let mut more = vec![0.0; shares.len()];
     add(turned, &follow_rows, &mut more);

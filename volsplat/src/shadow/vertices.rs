@@ -64,6 +64,31 @@ pub(super) struct Around<'a> {
     pub(super) numbers: &'a [f32],
     /// How far the matter around them is skin.
     pub(super) skins: &'a Skins,
+    /// How they lie around an isosurface, where one is drawn.
+    pub(super) soft: Option<&'a Soft>,
+}
+
+/// How vertices lie in the soft matter around an isosurface.
+pub(super) struct Soft {
+    /// Of the directions out of it, in the world.
+    pub(super) normals: [Vec<f32>; 3],
+    /// Optical depths straight from outside, in log2, and the one at the surface.
+    pub(super) depths: Vec<f32>,
+    pub(super) at_surface: f32,
+    /// Extinction far behind the surface, per opacity unit.
+    pub(super) behind: f32,
+}
+
+impl Soft {
+    /// The same, in the order of other vertices.
+    pub(super) fn moved(&self, from: &Vertices, to: &Vertices) -> Self {
+        Self {
+            normals: self.normals.each_ref().map(|along| from.moved(along, to)),
+            depths: from.moved(&self.depths, to),
+            at_surface: self.at_surface,
+            behind: self.behind,
+        }
+    }
 }
 
 /// How far the matter around vertices is skin.
