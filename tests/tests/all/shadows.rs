@@ -405,7 +405,7 @@ fn an_isosurface_casts_the_shadow_of_its_shape() {
         if radius > 12.0 {
             lit += 1;
             assert!(
-                (pixel[0] - 1.0).abs() < 0.06,
+                (pixel[0] - 1.0).abs() < 0.03,
                 "lit at {radius:.1}: {pixel:?}"
             );
         } else if radius < 8.0 {

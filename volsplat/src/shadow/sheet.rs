@@ -371,10 +371,8 @@ impl Sheet<'_> {
             &sums.skins[..]
         });
         let soft = self.matter.soft.map(|soft| {
-            let [x, y, z] = &soft.normals;
-            for (numbers, line) in [x, y, z, &soft.depths].into_iter().zip(&mut sums.soft) {
-                vertices.place(*row, numbers, &mut line[first..]);
-            }
+            let lines = sums.soft.each_mut().map(|line| &mut line[first..]);
+            soft.place((vertices, *row), lines);
             &sums.soft
         });
         let outwards = match way {

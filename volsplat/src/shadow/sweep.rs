@@ -3,7 +3,7 @@
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use resample_core::dispatch;
 use resample_core::narrow::{floor, single};
@@ -12,14 +12,20 @@ use resample_core::simd::{Vectors, exp2};
 use crate::look::clip::GridClip;
 use crate::shadow::medium::{Medium, Places};
 use crate::shadow::sharpen::{MEAN, Sharpening};
-use crate::shadow::vertices::{Around, LANES, PaddedRow, Vertices, lanes, mix};
+use crate::shadow::vertices::{Around, LANES, PaddedRow, Soft, Vertices, lanes, mix};
 
 /// Steps of a column from one slice to the next. The field bends where a column passes from cell to cell: with one step a flat face of an
 /// engine had stripes that an eye sees, with two they are below 1/128.
 const STEPS: usize = 2;
 
-/// Optical depths from here on let less through than the least byte tells.
-const MOST_DEPTH: f32 = 14.0;
+/// Optical depths from here on let less through than the least byte tells, the soft matter of an isosurface too, which is taken off.
+const MOST_DEPTH: f32 = 14.0 + MOST_SOFT;
+
+/// Most that is taken off of an isosurface's own matter: light that grazes it at 3 degrees passes that much.
+const MOST_SOFT: f32 = 16.0;
+
+/// Cosines with the normal up to which an isosurface is less lit: what turns away from the light is dark.
+const GRAZING: f32 = 0.05;
 
 /// Rows of a slice that a thread takes at once, at least.
 const ROWS: usize = 16;
@@ -32,11 +38,13 @@ pub(super) struct Ray {
     length: f64,
     /// The axis across which slices lie.
     pub(super) along: usize,
+    /// Towards the light, in the world, of length 1.
+    towards: Vec3,
 }
 
 impl Ray {
     /// The ray towards the light that is `towards`, a vector of the grid that is one opacity unit long in the world.
-    pub(super) fn new(towards: DVec3) -> Self {
+    pub(super) fn new(towards: DVec3, in_world: Vec3) -> Self {
         let size = towards.abs();
         let along = (0..3).fold(
             0,
@@ -46,6 +54,7 @@ impl Ray {
             step: -towards / size[along],
             length: 1.0 / size[along],
             along,
+            towards: in_world,
         }
     }
 }
@@ -109,6 +118,10 @@ struct Columns {
     count: [usize; 2],
     /// Length of a step, opacity units.
     length: f32,
+    /// Towards the light, in the world.
+    towards: Vec3,
+    /// Least extinction that only matter behind an isosurface has; infinite where none is drawn.
+    behind: f32,
 }
 
 /// Where the columns stand in a slice: whole vertices and a share.
@@ -167,7 +180,7 @@ struct Row {
 }
 
 impl Columns {
-    fn new(vertices: &Vertices, ray: &Ray) -> Self {
+    fn new(vertices: &Vertices, ray: &Ray, soft: Option<&Soft>) -> Self {
         let [fast, row, slice] = vertices.axes;
         let across = if ray.along == slice { row } else { slice };
         let axes = [fast, across, ray.along];
@@ -191,6 +204,8 @@ impl Columns {
             first,
             count,
             length: single(ray.length / STEPS as f64),
+            towards: ray.towards,
+            behind: soft.map_or(f32::INFINITY, |soft| 0.5 * soft.behind),
         }
     }
 
@@ -255,9 +270,9 @@ pub(super) fn add(blocking: &Blocking, ray: &Ray, (shares, weight): (&mut [f32],
         vertices,
         numbers,
         skins,
-        ..
+        soft,
     } = blocking.matter;
-    let columns = Columns::new(vertices, ray);
+    let columns = Columns::new(vertices, ray, soft);
     let [width, height, slices] = columns.sides;
     let row_of = |y: usize, slice: usize| vertices.row_at(columns.axes[1], [y, slice]);
     let mut by_slice: Vec<Vec<(usize, &mut [f32])>> = Vec::new();
@@ -283,15 +298,21 @@ pub(super) fn add(blocking: &Blocking, ray: &Ray, (shares, weight): (&mut [f32],
         });
         let offset = columns.offset(number as f64);
         let lines = light.next().par_iter_mut().enumerate().with_min_len(ROWS);
-        let skin = || PaddedRow::new(width);
-        lines.for_each_init(skin, |skin, (y, line)| {
+        let padded = || [(); 4].map(|()| PaddedRow::new(width));
+        lines.for_each_init(padded, |padded, (y, line)| {
             let row = row_of(y, at);
-            let skins = skins.in_rows[row].then(|| {
+            let own = if let Some(soft) = soft {
+                soft.place((vertices, row), padded.each_mut().map(PaddedRow::inner));
+                Own::Soft(padded)
+            } else if skins.in_rows[row] {
+                let [skin, ..] = &mut *padded;
                 skin.0.fill(0.0);
                 vertices.place(row, &skins.shares, skin.inner());
-                &*skin
-            });
-            dispatch!(blocking.level, simd => columns.to_vertices(simd, &rows, offset, (y, line, skins)));
+                Own::Skin(skin)
+            } else {
+                Own::Matter
+            };
+            dispatch!(blocking.level, simd => columns.to_vertices(simd, &rows, offset, (y, line, own)));
         });
         if let Some(before) = number.checked_sub(1) {
             let rows = &mut by_slice[columns.slice(before)];
@@ -390,6 +411,7 @@ impl Columns {
         let last = lanes(simd, &row.before, column);
         let mean = match medium {
             Medium::Extinction => {
+                let value = self.go_on(simd, last, value);
                 value.store_slice(&mut row.before[column..][..LANES]);
                 (last + value) * 0.5
             }
@@ -419,15 +441,23 @@ impl Columns {
         (depth + added).store_slice(&mut row.depth[column..][..LANES]);
     }
 
+    /// The extinction of columns; behind an isosurface, where nothing is shown, as thick as it was.
+    #[inline(always)]
+    fn go_on<S: Simd>(&self, simd: S, last: f32x16<S>, value: f32x16<S>) -> f32x16<S> {
+        let stands_behind = last.simd_gt(f32x16::splat(simd, self.behind));
+        let is_shown = value.simd_eq(value);
+        is_shown.select(value, stands_behind.select(last, value))
+    }
+
     /// The square root of the transmittance at the vertices of a slice, between the columns around each; of skin, by the light one slice
-    /// earlier.
+    /// earlier; around an isosurface, without what a flat one takes.
     #[simd]
     fn to_vertices<S: Simd>(
         &self,
         simd: S,
         rows: &[Row],
         offset: Offset,
-        (line, vertices, skins): (usize, &mut PaddedRow, Option<&PaddedRow>),
+        (line, vertices, own): (usize, &mut PaddedRow, Own),
     ) {
         // The column at the first vertex, or before it where columns stand beside vertices, and how far on the vertex is.
         let place = |side: usize| {
@@ -447,9 +477,12 @@ impl Columns {
         for vertex in (0..width).step_by(LANES) {
             let columns = [x + vertex, x + vertex + next_x];
             let mut root = bilinear(simd, [&near[0], &far[0]], columns, shares);
-            if let Some(skins) = skins {
+            if let Own::Skin(skins) = own {
                 let earlier = bilinear(simd, [&near[1], &far[1]], columns, shares);
                 root += lanes(simd, &skins.0, LANES + vertex) * (earlier * SKIN_ROOT - root);
+            }
+            if let Own::Soft(soft) = own {
+                root = self.root_of_surface(simd, root, (soft, LANES + vertex));
             }
             root.store_slice(&mut vertices.0[LANES + vertex..][..LANES]);
         }
@@ -458,6 +491,40 @@ impl Columns {
         vertices.0[first - 1] = vertices.0[first];
         vertices.0[end] = vertices.0[end - 1];
     }
+}
+
+impl Columns {
+    /// The square root of the transmittance around an isosurface, without what a flat one takes.
+    #[inline(always)]
+    fn root_of_surface<S: Simd>(
+        &self,
+        simd: S,
+        root: f32x16<S>,
+        ([x, y, z, own], at): (&[PaddedRow; 4], usize),
+    ) -> f32x16<S> {
+        let splat = |number: f32| f32x16::splat(simd, number);
+        let cos = lanes(simd, &x.0, at) * self.towards.x
+            + lanes(simd, &y.0, at) * self.towards.y
+            + lanes(simd, &z.0, at) * self.towards.z;
+        let flat = lanes(simd, &own.0, at) / cos.max(splat(1e-3));
+        let of_flat = exp2(
+            simd,
+            flat.min(splat(MOST_SOFT * std::f32::consts::LOG2_E)) * -0.5,
+        );
+        let faces = (cos * (1.0 / GRAZING)).max(splat(0.0)).min(splat(1.0));
+        (root / of_flat).min(splat(1.0)) * faces.sqrt()
+    }
+}
+
+/// What the light at vertices leaves out of their own matter.
+#[derive(Clone, Copy)]
+enum Own<'a> {
+    /// Nothing.
+    Matter,
+    /// Shares of skin.
+    Skin(&'a PaddedRow),
+    /// The soft matter of an isosurface: normals, and optical depths in log2.
+    Soft(&'a [PaddedRow; 4]),
 }
 
 impl Row {

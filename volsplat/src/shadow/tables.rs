@@ -17,8 +17,7 @@ use crate::shadow::sky::{Line, Sky};
 use crate::shadow::strengths::{around_vertices, skins};
 use crate::shadow::surface::{Surface, divide};
 use crate::shadow::sweep::{Blocking, Met, Ray, add};
-use crate::shadow::vertices::Skins;
-use crate::shadow::vertices::{Around, Vertices};
+use crate::shadow::vertices::{Around, Skins, Soft, Vertices};
 use crate::slabs::settings::{ChannelSettings, Reading, Role};
 use crate::slabs::table::TransferTable;
 
@@ -104,6 +103,8 @@ struct Found<'a> {
     strengths: Vec<f32>,
     /// How far the matter around them is skin.
     skins: Skins,
+    /// How they lie around an isosurface, where one is drawn.
+    soft: Option<Soft>,
 }
 
 impl<'a> Caster<'a> {
@@ -129,6 +130,16 @@ impl<'a> Caster<'a> {
         let step = x.min(y).min(z);
         let found = Vertices::new(self.field, [0, 1, 2]).map(|vertices| {
             let numbers = self.numbers(&vertices, &medium);
+            if let Some(scalar) = self.surface {
+                let (strengths, soft) = self.soft(&vertices, (&numbers, scalar));
+                return Found {
+                    skins: Skins::none(&vertices),
+                    vertices,
+                    numbers,
+                    strengths,
+                    soft: Some(soft),
+                };
+            }
             let strengths = around_vertices(&vertices, &numbers, &medium, self.level);
             let skins = skins(&vertices, &strengths, self.clip, step);
             Found {
@@ -136,9 +147,24 @@ impl<'a> Caster<'a> {
                 numbers,
                 strengths,
                 skins,
+                soft: None,
             }
         });
         Matter { found, medium }
+    }
+
+    /// The soft matter around an isosurface, by the scalars at vertices.
+    fn soft(&self, vertices: &Vertices, (scalars, scalar): (&[f32], f32)) -> (Vec<f32>, Soft) {
+        let units_from_grid = self.world_from_index.matrix3 * (1.0 / self.opacity_unit);
+        let surface = Surface {
+            vertices,
+            scalar,
+            scalars,
+            normals_from_grid: units_from_grid.inverse().transpose(),
+            spacing: self.spacing(),
+            axes: units_from_grid.transpose(),
+        };
+        surface.soft()
     }
 
     /// The numbers at vertices, NaN where the mask hides them.
@@ -203,15 +229,17 @@ impl LightTables {
         let index_from_world = caster.world_from_index.matrix3.inverse();
         let directions = directions(towards, shadow.light_size_deg);
         let weight = 1.0 / directions.len() as f32;
-        let ray = |direction| Ray::new(index_from_world * direction * caster.opacity_unit);
+        let ray = |direction: DVec3| {
+            let in_grid = index_from_world * direction * caster.opacity_unit;
+            Ray::new(in_grid, direction.as_vec3())
+        };
         let rays = directions.into_iter().map(ray).collect();
         let mut met = Met::default();
-        let around = Around {
-            vertices: &found.vertices,
-            numbers: &found.numbers,
-            skins: &found.skins,
-            soft: None,
+        let (numbers, medium) = match found.soft {
+            Some(_) => (&found.strengths, &Medium::Extinction),
+            None => (&found.numbers, &matter.medium),
         };
+        let around = found.around(numbers);
         let mut shares = shares(
             around,
             rays,
@@ -219,7 +247,7 @@ impl LightTables {
             |matter_of, rays, shares| {
                 let blocking = Blocking {
                     matter: matter_of,
-                    medium: &matter.medium,
+                    medium,
                     clip: caster.clip,
                     level: caster.level,
                 };
@@ -231,9 +259,15 @@ impl LightTables {
         for share in &mut shares {
             *share = share.sqrt();
         }
+        // A flat isosurface has all of its light.
+        let mean = if found.soft.is_some() {
+            1.0
+        } else {
+            met.mean()
+        };
         Self {
             faces: bytes_of(&found.vertices, &shares),
-            gain: single(1.0 / met.mean()),
+            gain: single(1.0 / mean),
         }
     }
 
@@ -242,15 +276,6 @@ impl LightTables {
         let Some(found) = &matter.found else {
             return Self::none();
         };
-        let surface = caster.surface.map(|scalar| Surface {
-            vertices: &found.vertices,
-            scalar,
-            scalars: &found.numbers,
-            normals_from_grid: caster.opacity_unit
-                * caster.world_from_index.matrix3.inverse().transpose(),
-            spacing: caster.spacing(),
-            axes: caster.world_from_index.matrix3.transpose() * (1.0 / caster.opacity_unit),
-        });
         let sky = Sky {
             clip: caster.clip,
             world_from_grid: caster.world_from_index.matrix3,
@@ -258,27 +283,12 @@ impl LightTables {
             opacity_unit: caster.opacity_unit,
             level: caster.level,
         };
-        let soft = surface.map(|surface| surface.soft());
-        let no_skins = Skins::none(&found.vertices);
-        let around = match &soft {
-            Some((strengths, soft)) => Around {
-                vertices: &found.vertices,
-                numbers: strengths,
-                skins: &no_skins,
-                soft: Some(soft),
-            },
-            None => Around {
-                vertices: &found.vertices,
-                numbers: &found.strengths,
-                skins: &found.skins,
-                soft: None,
-            },
-        };
         let lines = sky.lines();
         let add =
             |matter: Around, lines: &[Line], shares: &mut [f32]| sky.add(matter, lines, shares);
+        let around = found.around(&found.strengths);
         let mut shares = shares(around, lines.clone(), |line| line.along, add);
-        if let Some((_, soft)) = &soft {
+        if let Some(soft) = &found.soft {
             divide(&mut shares, soft, &lines);
         }
         let roots = sharpened_roots(&found.vertices, &shares, caster.level);
@@ -303,6 +313,17 @@ impl LightTables {
         Self {
             faces: Vec::new(),
             gain: 1.0,
+        }
+    }
+}
+
+impl Found<'_> {
+    fn around<'n>(&'n self, numbers: &'n [f32]) -> Around<'n> {
+        Around {
+            vertices: &self.vertices,
+            numbers,
+            skins: &self.skins,
+            soft: self.soft.as_ref(),
         }
     }
 }

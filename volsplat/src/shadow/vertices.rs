@@ -80,6 +80,14 @@ pub(super) struct Soft {
 }
 
 impl Soft {
+    /// Copies the normals and the depths of a row to their places in lines.
+    pub(super) fn place(&self, (vertices, row): (&Vertices, usize), lines: [&mut [f32]; 4]) {
+        let [x, y, z] = &self.normals;
+        for (numbers, line) in [x, y, z, &self.depths].into_iter().zip(lines) {
+            vertices.place(row, numbers, line);
+        }
+    }
+
     /// The same, in the order of other vertices.
     pub(super) fn moved(&self, from: &Vertices, to: &Vertices) -> Self {
         Self {
