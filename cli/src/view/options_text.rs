@@ -282,7 +282,6 @@ fn is_overridden(name: &str, changes: &Changes) -> bool {
             true
         }
         "shade" => chosen("blend").is_some_and(|blend| UNLIT.contains(&blend)),
-        "occlusion" if chosen("iso").is_some() => true,
         "shadows" | "occlusion" | "light-size" => {
             let is_off = name == "light-size" && chosen("shadows") == Some("off");
             is_off || chosen("blend").is_some_and(|blend| UNLIT.contains(&blend))

@@ -291,7 +291,11 @@ fn options_of_another_order_are_refused() {
         "have no light",
     );
     assert_refused(&bench, &words("--occlusion=0"), "--occlusion");
-    assert_one_line(&bench, &words("--iso 100 --occlusion"), "no occlusion");
+    assert_one_line(
+        &bench,
+        &words("--iso 100 --iso-opacity 0.5 --occlusion"),
+        "opacity 1",
+    );
     assert_one_line(
         &bench,
         &words("--iso 100 --iso-opacity 0.5 --light 1,0,0 --shadows"),

@@ -13,6 +13,10 @@ use crate::look::clip::{Cut, GridClip};
 use crate::shadow::sheet::{Course, Sheet, SheetRow, Sums};
 use crate::shadow::vertices::Around;
 
+/// Steps across slices from which on a line moves by a whole vertex in each slice: lines that move in some slices alone are ragged, which shows as
+/// hatching. With shorter steps the diagonals of cells would leave too much of the sky between them.
+const WHOLE: f64 = 0.45;
+
 /// A pair of opposite directions.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Line {
@@ -50,14 +54,20 @@ impl Sky<'_> {
         // One of each two opposite neighbours of a vertex: 13 of 26.
         for number in 14..27 {
             let signs = [number % 3 - 1, number / 3 % 3 - 1, number / 9 - 1].map(f64::from);
-            // Along the diagonals of a cube in the world.
+            // Along the diagonals of a cube in the world, or of a cell where it is not much longer than wide: from vertex to vertex.
             let step = DVec3::from([0, 1, 2].map(|axis| signs[axis] / spacing[axis]));
-            let most = step.abs().max_element();
+            let step = step / step.abs().max_element();
+            let nearest = |step: f64| {
+                if step.abs() < WHOLE {
+                    step
+                } else {
+                    step.signum()
+                }
+            };
+            let step = DVec3::from(step.to_array().map(nearest));
             // Slices across z and y are made of rows along x.
-            let along = (0..3)
-                .rev()
-                .find(|axis| step[*axis].abs() > 0.999 * most)
-                .unwrap_or(2);
+            let along = (0..3).rev().find(|axis| step[*axis].abs() == 1.0);
+            let along = along.unwrap_or(2);
             let step = step / step[along];
             let in_world = self.world_from_grid * step;
             directions.push(in_world.normalize_or_zero());

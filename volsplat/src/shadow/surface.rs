@@ -1,11 +1,13 @@
-//! The sky's light on an isosurface.
+//! The soft matter of an isosurface, as light meets it.
 //!
 //! An opaque surface begins within less than the way between two vertices, which would give its light rings, by its depth between them. So its
-//! matter is softer here than it is: extinction rises evenly over a few steps around it, slowly enough for vertices to tell. What a flat
-//! surface with the same normal would leave of the light at the depth of a vertex is known, and divided out.
+//! matter is softer here than it is: extinction rises evenly over a step to each side of it, slowly enough for vertices to tell. What a flat surface
+//! takes of a direction before the depth of a vertex is known, and taken off, so that a flat surface has all of its light; of the sky,
+//! directions above the surface count alone.
 //! Distances from the surface begin at edges that it cuts, and go on from neighbour to neighbour by the Eikonal equation, |grad d| = 1 (J. A.
 //! Sethian, "Level Set Methods and Fast Marching Methods", 1999, first order). The difference of scalars by the length of the gradient, tried before
-//! that, put the surface elsewhere for both ends of an edge, which showed as rings.
+//! that, put the surface elsewhere for both ends of an edge, which showed as rings. Dividing by the light of a flat surface made what is bent
+//! outwards brighter than what is flat, by a half.
 //! Limits: what is thinner than the soft matter takes less light, and places nearer to each other than it are darker. The side of the lower scalars
 //! is lit: where a clip opens a body, its inner side has the light of the outer one.
 

@@ -204,8 +204,7 @@ function lightSliders() {
 
 // Switches of what takes light on its way.
 function blockedLight() {
-  const isSurface = option("iso") !== null || option("blend") === "isosurface";
-  return (isSurface ? ["shadows"] : ["shadows", "occlusion"]).map((name) => {
+  return ["shadows", "occlusion"].map((name) => {
     const input = make("input", { type: "checkbox", checked: isOn(name), onchange: () => {
       remember();
       setSwitch(name, input.checked);

@@ -63,7 +63,7 @@ function settle(newest) {
   if (newest === "blend" && state.changes.blend?.[0] !== "isosurface") {
     for (const name of ["iso", "iso-colour", "iso-opacity"]) setOption(name);
   }
-  const refused = { isosurface: ["occlusion"] }[blend] ?? (UNLIT.includes(blend) ? ["shadows", "occlusion"] : []);
+  const refused = UNLIT.includes(blend) ? ["shadows", "occlusion"] : [];
   for (const name of refused.filter(isOn)) {
     setSwitch(name, false);
     note(`${blend} goes without ${name}`);
