@@ -179,17 +179,11 @@ fn errors_db(image: &Image, body: impl Fn(DVec3) -> f64 + Sync) -> [f64; 2] {
 
 #[test]
 fn occlusion_on_isosurfaces_is_that_of_their_shape() {
-    let flat = DVec3::new(1.0, 1.0, 1.5);
+    let long = DVec3::new(1.0, 1.0, 2.0);
     let scenes: [(&str, Body, f64, DVec3, f64); 5] = [
         ("ball on a plate", ball_on_a_plate, 2.0, DVec3::ONE, 25.0),
         ("the same, steep", ball_on_a_plate, 0.7, DVec3::ONE, 25.0),
-        (
-            "the same, slices 1.5 apart",
-            ball_on_a_plate,
-            2.0,
-            flat,
-            20.0,
-        ),
+        ("slices 2 apart", ball_on_a_plate, 2.0, long, 25.0),
         ("blocks", blocks, 2.0, DVec3::ONE, 25.0),
         ("bowl", bowl, 2.0, DVec3::ONE, 24.5),
     ];
@@ -198,7 +192,7 @@ fn occlusion_on_isosurfaces_is_that_of_their_shape() {
         let [with, without] = errors_db(&image, body);
         eprintln!("{name}: {with:.1} dB, {without:.1} without occlusion");
         assert!(with > least_db, "{name}: {with:.1} dB");
-        assert!(with > without + 2.0, "{name}: {without:.1} dB without");
+        assert!(with > without + 6.0, "{name}: {without:.1} dB without");
     }
 }
 

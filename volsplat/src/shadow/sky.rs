@@ -14,8 +14,10 @@ use crate::shadow::sheet::{Course, Sheet, SheetRow, Sums};
 use crate::shadow::vertices::Around;
 
 /// Steps across slices from which on a line moves by a whole vertex in each slice: lines that move in some slices alone are ragged, which shows as
-/// hatching. With shorter steps the diagonals of cells would leave too much of the sky between them.
-const WHOLE: f64 = 0.45;
+/// hatching. With whole steps directions are less evenly spread. In matter of cells twice as long as wide, ragged lines are better, 43 dB and
+/// 33 from cubes; around isosurfaces of three times as long, whole ones are, 24.5 dB and 23.9.
+const WHOLE_IN_MATTER: f64 = 0.55;
+const WHOLE_AROUND_SURFACE: f64 = 0.3;
 
 /// A pair of opposite directions.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +44,8 @@ pub(super) struct Sky<'a> {
     /// World units.
     pub(super) radius: f64,
     pub(super) opacity_unit: f64,
+    /// True if an isosurface is drawn.
+    pub(super) is_surface: bool,
     pub(super) level: Vectors,
 }
 
@@ -49,6 +53,11 @@ impl Sky<'_> {
     /// One of each two opposite directions.
     pub(super) fn lines(&self) -> Vec<Line> {
         let spacing = [0, 1, 2].map(|axis| self.world_from_grid.col(axis).length());
+        let least_whole = if self.is_surface {
+            WHOLE_AROUND_SURFACE
+        } else {
+            WHOLE_IN_MATTER
+        };
         let mut lines = Vec::new();
         let mut directions = Vec::new();
         // One of each two opposite neighbours of a vertex: 13 of 26.
@@ -58,7 +67,7 @@ impl Sky<'_> {
             let step = DVec3::from([0, 1, 2].map(|axis| signs[axis] / spacing[axis]));
             let step = step / step.abs().max_element();
             let nearest = |step: f64| {
-                if step.abs() < WHOLE {
+                if step.abs() < least_whole {
                     step
                 } else {
                     step.signum()

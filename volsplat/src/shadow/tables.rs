@@ -281,6 +281,7 @@ impl LightTables {
             world_from_grid: caster.world_from_index.matrix3,
             radius,
             opacity_unit: caster.opacity_unit,
+            is_surface: found.soft.is_some(),
             level: caster.level,
         };
         let lines = sky.lines();
