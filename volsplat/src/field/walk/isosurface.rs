@@ -245,19 +245,23 @@ fn darkened<S: Simd>(
     light: Lit<f32x8<S>>,
 ) -> Lit<f32x8<S>> {
     let (gains, tables) = (job.settings.gains, job.placed.light);
-    let share = |tables: Option<(&FaceBytes, f32)>| {
-        let (faces, gain) = tables?;
-        let corners = Corners::of_bytes(simd, faces, &located.places);
-        Some(share_of_light(
+    let mut lit = light;
+    if let Some((faces, gain)) = tables.sun.zip(gains.sun) {
+        lit = lit.shadowed(simd, share_of(simd, located, (faces, gain)));
+    }
+    if let Some((faces, gain)) = tables.sky.zip(gains.sky) {
+        lit = lit.occluded(
             simd,
-            corners.interpolated(located.share),
-            gain,
-        ))
-    };
-    let (sun, sky) = (
-        share(tables.sun.zip(gains.sun)),
-        share(tables.sky.zip(gains.sky)),
-    );
-    let lit = sun.map_or(light, |sun| light.shadowed(simd, sun));
-    sky.map_or(lit, |sky| lit.occluded(simd, sky, sun.is_some()))
+            share_of(simd, located, (faces, gain)),
+            gains.sun.is_some(),
+        );
+    }
+    lit
+}
+
+/// The share of light that reaches the samples.
+#[inline(always)]
+fn share_of<S: Simd>(simd: S, located: &Located<S>, (faces, gain): (&FaceBytes, f32)) -> f32x8<S> {
+    let corners = Corners::of_bytes(simd, faces, &located.places);
+    share_of_light(simd, corners.interpolated(located.share), gain)
 }
