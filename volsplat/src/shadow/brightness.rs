@@ -229,7 +229,7 @@ struct Ray {
     share: [f32; 2],
     along: usize,
     across: [usize; 2],
-    /// What a clip keeps, slices.
+    /// The slices that a clip keeps.
     kept: [f64; 2],
 }
 

@@ -5,13 +5,30 @@
 use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use resample_core::narrow::{floor, single};
 use resample_core::simd::exp2;
 
 use crate::look::clip::GridClip;
-use crate::shadow::sky::Line;
 use crate::shadow::vertices::{Around, LANES, Soft, Vertices, lanes, mix};
+
+/// A pair of opposite directions.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line {
+    /// The axis across which slices lie.
+    pub(super) along: usize,
+    /// From one slice to the next, vertices; 1 along the axis.
+    pub(super) step: DVec3,
+    /// The way from slice to slice, opacity units.
+    pub(super) length: f32,
+    /// Whole slices within the radius, and a share of one.
+    pub(super) reach: usize,
+    pub(super) fraction: f32,
+    /// Share of the sky around each of the two directions.
+    pub(super) weight: f32,
+    /// In the world, of length 1.
+    pub(super) direction: Vec3,
+}
 
 /// A row of vertices by its number, and their shares of the sky.
 pub(super) type SheetRow<'a> = Option<(usize, &'a mut [f32])>;
@@ -119,7 +136,7 @@ struct Slice {
     cut: Option<Halves>,
 }
 
-/// What a clip keeps of the way to the neighbours.
+/// The parts of the ways to the neighbours that a clip keeps.
 struct Halves {
     /// Shares of a step, up to a half, before and after each vertex.
     kept: [Vec<f32>; 2],
@@ -202,7 +219,7 @@ impl Halves {
     }
 }
 
-/// What the sheets of a direction have in common.
+/// Matter and lines, which the sheets of a direction share.
 pub(super) struct Sheet<'a> {
     pub(super) matter: Around<'a>,
     /// The vertices of bricks that a clip cuts.

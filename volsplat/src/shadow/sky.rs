@@ -3,14 +3,14 @@
 //! Directions come in pairs along lines of vertices. Depths are summed along each line once, and the depth between two vertices is the
 //! difference of their sums, which serves both of them: one looks ahead and one looks back.
 
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use resample_core::dispatch;
 use resample_core::narrow::{count, single, whole};
 use resample_core::simd::Vectors;
 
 use crate::look::clip::{Cut, GridClip};
-use crate::shadow::sheet::{Course, Sheet, SheetRow, Sums};
+use crate::shadow::sheet::{Course, Line, Sheet, SheetRow, Sums};
 use crate::shadow::vertices::Around;
 
 /// Steps across slices from which on a line moves by a whole vertex in each slice: lines that move in some slices alone are ragged, which shows as
@@ -18,24 +18,6 @@ use crate::shadow::vertices::Around;
 /// 33 from cubes; around isosurfaces of three times as long, whole ones are, 24.5 dB and 23.9.
 const WHOLE_IN_MATTER: f64 = 0.55;
 const WHOLE_AROUND_SURFACE: f64 = 0.3;
-
-/// A pair of opposite directions.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Line {
-    /// The axis across which slices lie.
-    pub(super) along: usize,
-    /// From one slice to the next, vertices; 1 along the axis.
-    pub(super) step: DVec3,
-    /// The way from slice to slice, opacity units.
-    pub(super) length: f32,
-    /// Whole slices within the radius, and a share of one.
-    pub(super) reach: usize,
-    pub(super) fraction: f32,
-    /// Share of the sky around each of the two directions.
-    pub(super) weight: f32,
-    /// In the world, of length 1.
-    pub(super) direction: Vec3,
-}
 
 /// The sky around the vertices of a field.
 pub(super) struct Sky<'a> {

@@ -15,8 +15,7 @@ use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 use resample_core::narrow::single;
 
-use crate::shadow::sheet::part_above;
-use crate::shadow::sky::Line;
+use crate::shadow::sheet::{Line, part_above};
 use crate::shadow::vertices::{LANES, PaddedRow, Soft, Vertices};
 
 /// Steps from the surface to where its soft matter begins, and to where it is as thick as it gets: a surface that is cut by a cell of vertices
@@ -200,7 +199,7 @@ impl Cross {
     }
 }
 
-/// The distance from a surface that cuts edges to the neighbours, of heights above it; infinite where none is cut.
+/// The distance from a surface that cuts edges to the neighbours, of heights above it; infinite where the surface cuts no edge.
 fn distance_from_edges(around: &Cross, steps: [f32; 3]) -> f32 {
     let own = around.own;
     let mut sum = 0.0;

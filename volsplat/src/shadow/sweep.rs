@@ -120,7 +120,7 @@ struct Columns {
     length: f32,
     /// Towards the light, in the world.
     towards: Vec3,
-    /// Least extinction that only matter behind an isosurface has; infinite where none is drawn.
+    /// Least extinction that only matter behind an isosurface has; infinite where matter is drawn.
     behind: f32,
 }
 
@@ -516,7 +516,7 @@ impl Columns {
     }
 }
 
-/// What the light at vertices leaves out of their own matter.
+/// The part of their own matter that the light at vertices leaves out.
 #[derive(Clone, Copy)]
 enum Own<'a> {
     /// Nothing.
