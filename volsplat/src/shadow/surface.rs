@@ -292,3 +292,74 @@ fn optical_depth(distance: f32) -> f32 {
     let soft = inside.min(2.0 * HALF_WIDTH);
     0.5 * RISE * soft * soft + BEHIND * (inside - soft)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        BEHIND, Cross, HALF_WIDTH, distance_from_edges, distance_from_neighbours, optical_depth,
+        thickness,
+    };
+
+    /// The numbers around a vertex of a linear field, at a height, with these slopes along the axes.
+    fn linear(own: f32, slopes: [f32; 3], steps: [f32; 3]) -> Cross {
+        Cross {
+            own,
+            beside: [0, 1, 2]
+                .map(|axis: usize| [-1.0, 1.0].map(|side| own + side * slopes[axis] * steps[axis])),
+        }
+    }
+
+    #[test]
+    fn edges_give_the_distance_of_a_plane() {
+        // A field that is twice as steep as distances are, of a plane askew, on cells of three lengths.
+        let (normal, steps) = ([2.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0], [1.0, 2.5, 1.5]);
+        let slopes = normal.map(|along| 2.0 * along);
+        for distance in [0.6, 0.1, -0.1, -0.6] {
+            let found = distance_from_edges(&linear(2.0 * distance, slopes, steps), steps);
+            assert!((found - distance).abs() < 1e-6, "{found} for {distance}");
+        }
+        // The edges along y and z are cut, 2.4 and 1.2 away.
+        let found = distance_from_edges(&linear(1.6, slopes, steps), steps);
+        let expected = 1.0 / f32::hypot(1.0 / 2.4, 1.0 / 1.2);
+        assert!((found - expected).abs() < 1e-6, "{found}");
+        assert!(distance_from_edges(&linear(9.0, slopes, steps), steps).is_infinite());
+        assert!(distance_from_edges(&linear(f32::NAN, slopes, steps), steps).is_nan());
+    }
+
+    #[test]
+    fn neighbours_give_the_distance_of_a_plane() {
+        let (normal, steps) = ([2.0 / 3.0, -1.0 / 3.0, 2.0 / 3.0], [1.0, 1.0, 1.5]);
+        for distance in [2.5, -2.5_f32] {
+            let mut around = linear(distance, normal, steps);
+            around.own = f32::INFINITY.copysign(distance);
+            let found = distance_from_neighbours(&around, steps);
+            assert!((found - distance).abs() < 1e-5, "{found} for {distance}");
+        }
+        // One neighbour is known: the surface may face it.
+        let around = Cross {
+            own: f32::INFINITY,
+            beside: [[f32::INFINITY; 2], [0.25, f32::NAN], [f32::INFINITY, -0.5]],
+        };
+        assert_eq!(distance_from_neighbours(&around, [1.0, 2.0, 1.0]), 2.25);
+        let known = linear(0.5, normal, steps);
+        assert_eq!(distance_from_neighbours(&known, steps), 0.5);
+    }
+
+    #[test]
+    fn depths_are_the_integral_of_the_soft_matter() {
+        let mut sum = 0.0;
+        let step = 1e-3;
+        for number in 0..4000 {
+            let distance = -HALF_WIDTH - 0.5 + step * number as f32;
+            assert!(
+                (optical_depth(distance) - sum).abs() < 2e-3,
+                "at {distance}"
+            );
+            sum += step * thickness(distance + 0.5 * step);
+        }
+        assert_eq!(
+            [thickness(-2.0), thickness(0.0), thickness(2.0)],
+            [0.0, 0.5 * BEHIND, BEHIND]
+        );
+    }
+}
