@@ -56,16 +56,28 @@ impl Account<'_> {
     fn line(&self) -> String {
         let name = name(self.choices);
         match (self.asked, self.chosen) {
-            (_, None) => format!("chosen: the exact setting, {name}"),
+            (_, None) => format!("chosen: the exact setting, {name}{}", self.beyond()),
             (Asked::Error(bound), Some(tried)) => format!(
-                "chosen: {name}; {} error at most {:.5} predicted, {:.5} allowed",
+                "chosen: {name}; {} error at most {:.5} predicted, {:.5} allowed{}",
                 bound.metric.name(),
                 tried.error.unwrap_or_default(),
-                bound.value
+                bound.value,
+                self.beyond()
             ),
             (Asked::Time(_), Some(tried)) => {
                 format!("chosen: {name}; about {:.0} ms predicted", tried.time_ms)
             }
+        }
+    }
+
+    /// Errors that predictions do not count: the reference has the same shadows and occlusion.
+    fn beyond(&self) -> &'static str {
+        let mut words = self.command.split(' ');
+        let takes_light =
+            |word: &str| word.starts_with("--shadows") || word.starts_with("--occlusion");
+        match words.any(takes_light) {
+            true => "; errors of shadows and occlusion come on top (docs/light.md)",
+            false => "",
         }
     }
 

@@ -231,6 +231,24 @@ fn what_was_typed_is_kept() {
 }
 
 #[test]
+fn errors_of_blocked_light_are_named_beside_what_is_predicted() {
+    let bench = Bench::new();
+    let said = |words: &str| {
+        let output = bench.draw(&format!(
+            "--size 48x48 -o out/a.png --max-error 1/40 {words}"
+        ));
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        stderr(&output)
+    };
+    let on_top = "errors of shadows and occlusion come on top";
+    assert!(!said("--light 1,2,3").contains(on_top));
+    for words in ["--light 1,2,3 --shadows", "--occlusion", "--occlusion=3"] {
+        let said = said(words);
+        assert!(said.contains(on_top), "{words}: {said}");
+    }
+}
+
+#[test]
 fn a_time_that_cannot_be_kept_is_said_and_time_enough_takes_the_exact_setting() {
     let bench = Bench::new();
     let cheap = bench.draw("--size 48x48 -o out/a.png --max-time 0.001ms --stats out/s.json");
