@@ -2,7 +2,7 @@
 
 use fearless_simd::prelude::*;
 use fearless_simd::{f32x16, i32x16};
-use resample_core::narrow::single;
+use resample_core::narrow::{cell, single};
 
 use crate::slabs::settings::{ChannelSettings, Reading, Role};
 use crate::slabs::table::{PLACES, TransferTable};
@@ -130,7 +130,7 @@ impl Integral {
     /// The entry of the table that a place lies in.
     #[inline(always)]
     fn index(&self, place: f32) -> usize {
-        whole_place(place.clamp(0.0, self.last)) % PLACES
+        cell(place.clamp(0.0, self.last)) % PLACES
     }
 
     /// The places of scalars; any place where they are NaN.
@@ -200,14 +200,4 @@ impl Integral {
         let is_short = span.abs().simd_lt(f32x16::splat(simd, LEAST_SPAN));
         is_short.select(to.strengths, mean)
     }
-}
-
-#[inline(always)]
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "places are 0 or more, and fewer than 2^16"
-)]
-fn whole_place(place: f32) -> usize {
-    place as usize
 }

@@ -9,6 +9,7 @@ use fearless_simd::f32x16;
 use fearless_simd::prelude::*;
 use glam::DVec3;
 use rayon::prelude::*;
+use resample_core::narrow::index32;
 
 use crate::bricks::cells::{CELL_SIDE, CellBrick, CellField, TABLE_LEN, Table, VERTEX_SIDE};
 
@@ -561,7 +562,7 @@ fn show(words: &mut [u64], first: usize, count: usize) {
     let words = words.iter_mut().enumerate();
     for (number, word) in words.take(end.div_ceil(64)).skip(first / 64) {
         let [from, to] = [first, end].map(|at| at.saturating_sub(64 * number).min(64));
-        let below = |bits: usize| u64::MAX.checked_shr(64 - bits as u32).unwrap_or(0);
+        let below = |bits: usize| u64::MAX.checked_shr(64 - index32(bits)).unwrap_or(0);
         *word |= below(to) & !below(from);
     }
 }
