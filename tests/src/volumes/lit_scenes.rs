@@ -1,7 +1,7 @@
 //! Volumes with places that light does not reach, each 56 voxels along a side, and looks for them.
 
 use glam::{DAffine3, DVec3};
-use volsplat::{TransferFunction, Volume};
+use volsplat::{Blend, FieldOptions, Isosurface, Order, TransferFunction, Volume};
 
 use crate::volumes::scenes::{transfer, volume};
 
@@ -68,4 +68,16 @@ pub fn peaks() -> TransferFunction {
     let peak = |at: f64, opacity: f64| [(at - 0.04, 0.0), (at, opacity), (at + 0.04, 0.0)];
     let knots: Vec<(f64, f64)> = [peak(0.5, 0.9), peak(0.9, 0.25)].concat();
     transfer(&[(0.0, [1.0, 0.4, 0.3]), (1.0, [0.5, 0.7, 1.0])], &knots)
+}
+
+/// The white, opaque isosurface at half of the range.
+pub fn white_isosurface() -> Order {
+    Order::Field(FieldOptions {
+        blend: Blend::Isosurface(Isosurface {
+            value: 0.5,
+            colour: Some([1.0; 3]),
+            opacity: 1.0,
+        }),
+        ..FieldOptions::default()
+    })
 }

@@ -4,13 +4,13 @@ use glam::{DAffine3, DVec2, DVec3};
 use resample_core::{Camera, Image};
 use resample_tests::twins::rays::RaySource;
 use resample_tests::volumes::lit_scenes::{
-    SIDE_VOXELS, ball, fog, peaks, shells, solid, thin, vessels,
+    SIDE_VOXELS, ball, fog, peaks, shells, solid, thin, vessels, white_isosurface,
 };
 use resample_tests::volumes::scenes::{perspective, transfer, volume};
 use resample_tests::volumes::shadow_truth::{ShadowTruth, Sky};
 use volsplat::{
-    Blend, Channel, Clip, ClipPlane, FieldOptions, Isosurface, Light, Look, Occlusion, Order,
-    RenderOptions, Renderer, Reuse, Scene, Shading, Shadow, TransferFunction, Volume,
+    Blend, Channel, Clip, ClipPlane, FieldOptions, Light, Look, Occlusion, Order, RenderOptions,
+    Renderer, Reuse, Scene, Shading, Shadow, TransferFunction, Volume,
 };
 
 /// Towards the light.
@@ -374,14 +374,7 @@ fn an_isosurface_casts_the_shadow_of_its_shape() {
     // A ball of radius 10 over a plate, lit from straight above: the shadow is a disc below it.
     let (volume, look) = (ball(), solid());
     let options = RenderOptions {
-        order: Order::Field(FieldOptions {
-            blend: Blend::Isosurface(Isosurface {
-                value: 0.5,
-                colour: Some([1.0; 3]),
-                opacity: 1.0,
-            }),
-            ..FieldOptions::default()
-        }),
+        order: white_isosurface(),
         light: Light::Towards(DVec3::Y),
         ..options(0.0)
     };

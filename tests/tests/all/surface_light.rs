@@ -4,11 +4,9 @@ use glam::{DAffine3, DVec2, DVec3};
 use rayon::prelude::*;
 use resample_core::{Camera, Image};
 use resample_tests::twins::rays::RaySource;
+use resample_tests::volumes::lit_scenes::white_isosurface;
 use resample_tests::volumes::scenes::{perspective, transfer, volume};
-use volsplat::{
-    Blend, Clip, ClipPlane, FieldOptions, Isosurface, Light, Occlusion, Order, RenderOptions,
-    Renderer, Shading, Volume,
-};
+use volsplat::{Clip, ClipPlane, Light, Occlusion, RenderOptions, Renderer, Shading, Volume};
 
 const SIDE_VOXELS: usize = 48;
 
@@ -78,14 +76,7 @@ fn camera() -> Camera {
 
 fn options(clip: &Clip, occlusion: Option<Occlusion>) -> RenderOptions {
     RenderOptions {
-        order: Order::Field(FieldOptions {
-            blend: Blend::Isosurface(Isosurface {
-                value: 0.5,
-                colour: Some([1.0; 3]),
-                opacity: 1.0,
-            }),
-            ..FieldOptions::default()
-        }),
+        order: white_isosurface(),
         shading: Shading::None,
         light: Light::Headlight,
         clip: clip.clone(),

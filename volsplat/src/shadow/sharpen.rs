@@ -11,7 +11,7 @@ use crate::shadow::vertices::{LANES, PaddedRow, Vertices, lanes};
 /// The part between whole vertices.
 pub(super) const MEAN: f32 = 1.0 / 12.0;
 
-/// A row of square roots of light, and what is taken of their second differences.
+/// A row of square roots of light, and the factors of their second differences, which sharpening subtracts.
 pub(super) struct Sharpening<'a> {
     /// The row, those before and after it in its slice, and those in the slices beside it.
     pub(super) lines: [&'a PaddedRow; 5],

@@ -191,9 +191,7 @@ impl Slice {
         self.soft[first..end].fill(0.0);
         (self.columns, self.shown) = ([0; 2], [0; 2]);
     }
-}
 
-impl Slice {
     /// Takes columns in that show something.
     fn show(&mut self, [first, end]: [usize; 2]) {
         let [from, to] = self.shown;
@@ -234,7 +232,7 @@ struct End<'a> {
 }
 
 impl Sheet<'_> {
-    /// Adds what the vertices of a sheet see both ways along its lines.
+    /// Adds the transmittance along both directions of the lines to the shares of the sheet's vertices.
     #[simd]
     pub(super) fn walk<S: Simd>(&self, simd: S, sums: &mut Sums, rows: &mut [SheetRow]) {
         sums.reset();
@@ -291,8 +289,8 @@ impl Sheet<'_> {
         }
     }
 
-    /// Fills what is not shown of a slice where the one beside it stands behind the surface, of which bricks hold no more than the
-    /// neighbourhood.
+    /// Fills the gaps between a slice's runs with opaque matter where the slice beside it lies behind the surface. The bricks inside of a body are not
+    /// in memory.
     fn fill_gaps(
         &self,
         slice: &mut Slice,
@@ -411,10 +409,11 @@ impl Sheet<'_> {
                     let of_skin = (end - lanes(simd, next, place)).abs() + SKIN_DEPTH;
                     depth += lanes(simd, skins, place) * (of_skin - depth);
                 }
-                let mut light = exp2(simd, -depth) * line.weight;
-                if let Some(soft) = soft {
-                    light = light_of_surface(simd, (soft, place), outwards, depth) * line.weight;
-                }
+                let light = match soft {
+                    Some(soft) => light_of_surface(simd, (soft, place), outwards, depth),
+                    None => exp2(simd, -depth),
+                };
+                let light = light * line.weight;
                 light.store_slice(&mut sums.light[place..][..LANES]);
             }
             let light = &sums.light[columns];
@@ -434,8 +433,8 @@ pub(super) fn part_above(cos: f32) -> f32 {
     (cos / GRAZING).clamp(0.0, 1.0)
 }
 
-/// The transmittance along a direction from vertices around an isosurface, less what a flat surface takes, times the part of the direction that
-/// lies above it.
+/// The transmittance along a direction from vertices around an isosurface. The optical depth of a flat soft layer is subtracted first, and the
+/// result is weighted by the part of the direction above the surface.
 #[inline(always)]
 fn light_of_surface<S: Simd>(
     simd: S,
@@ -466,8 +465,8 @@ fn whole_vectors([first, end]: [usize; 2]) -> [usize; 2] {
     [first - first % LANES, end.next_multiple_of(LANES)]
 }
 
-/// Optical depth, in log2, of a skin in the mean over what an eye sees. With exp(-0.82) flat ramps of 1.5 to 10 a voxel, lit from all
-/// directions and seen from above, have 0.91 to 1.03 of their light.
+/// Mean optical depth, in log2, in front of the visible part of a skin. With it, flat ramps whose optical depth rises by 1.5 to 10 a voxel have
+/// 0.91 to 1.03 of their light, lit from all directions and seen from above.
 const SKIN_DEPTH: f32 = 0.82 * std::f32::consts::LOG2_E;
 
 /// Goes on to a slice; the one after it is taken.

@@ -1,15 +1,16 @@
-//! The soft matter of an isosurface, as light meets it.
+//! The soft layer around an isosurface.
 //!
-//! An opaque surface begins within less than the way between two vertices, which would give its light rings, by its depth between them. So its
-//! matter is softer here than it is: extinction rises evenly over a step to each side of it, slowly enough for vertices to tell. What a flat surface
-//! takes of a direction before the depth of a vertex is known, and taken off, so that a flat surface has all of its light; of the sky,
-//! directions above the surface count alone.
-//! Distances from the surface begin at edges that it cuts, and go on from neighbour to neighbour by the Eikonal equation, |grad d| = 1 (J. A.
-//! Sethian, "Level Set Methods and Fast Marching Methods", 1999, first order). The difference of scalars by the length of the gradient, tried before
-//! that, put the surface elsewhere for both ends of an edge, which showed as rings. Dividing by the light of a flat surface made what is bent
-//! outwards brighter than what is flat, by a half.
-//! Limits: what is thinner than the soft matter takes less light, and places nearer to each other than it are darker. The side of the lower scalars
-//! is lit: where a clip opens a body, its inner side has the light of the outer one.
+//! Takes the scalars at vertices; gives the extinction at each vertex, the normal, and the optical depth of the layer in front of it. The grid cannot
+//! resolve the edge of an opaque surface: the light of its vertices would show rings. In the layer, extinction rises linearly over one step on each
+//! side of the surface, which the grid resolves. Shadows and occlusion subtract the optical depth of a flat layer from that of each direction, so a
+//! flat surface keeps all of its light. Occlusion counts only the directions above the surface.
+//!
+//! Distances start at the grid edges that the surface cuts, and continue from neighbour to neighbour by the Eikonal equation, |grad d| = 1 (J. A.
+//! Sethian, "Level Set Methods and Fast Marching Methods", 1999, first order). Two methods were tried and not taken. Distances from the length of
+//! the gradient differed between both ends of an edge and showed rings. Division by the light of a flat surface made convex surfaces half
+//! as bright again as flat ones.
+//! Limits: bodies thinner than the layer take less light. Surfaces closer together than two steps darken each other too much. The side of the
+//! lower scalars is lit: where a clip opens a body, the inner side shows the light of the outer side.
 
 use glam::{DMat3, DVec3, Vec3};
 use rayon::prelude::*;
@@ -18,17 +19,16 @@ use resample_core::narrow::single;
 use crate::shadow::sheet::{Line, part_above};
 use crate::shadow::vertices::{LANES, PaddedRow, Soft, Vertices};
 
-/// Steps from the surface to where its soft matter begins, and to where it is as thick as it gets: a surface that is cut by a cell of vertices
-/// lies up to 1.7 steps from them.
+/// Half of the layer's width, steps. Layers of 1.5 steps darkened contacts: a ball on a plate had 22.9 dB, and has 26.0.
 const HALF_WIDTH: f32 = 1.0;
 
-/// Optical depths by which a step is thicker than the one before it.
+/// Rise of the optical depth of a step, from one step to the next. Vertices resolve the light of such a ramp to 5 %.
 const RISE: f32 = 1.5;
 
-/// Optical depth of a step behind the soft matter. From step to step it rises by 1: up to 1.5, vertices tell the light to 5 %.
+/// Optical depth of a step behind the layer.
 const BEHIND: f32 = 2.0 * HALF_WIDTH * RISE;
 
-/// Rounds of going on from neighbour to neighbour: as far as the soft matter goes, on diagonals too.
+/// Rounds of the Eikonal equation: each continues distances by one vertex along the axes. Three reach across the layer along diagonals.
 const ROUNDS: usize = 3;
 
 /// Where an isosurface lies.
@@ -45,14 +45,14 @@ pub(super) struct Surface<'a> {
     pub(super) axes: DMat3,
 }
 
-/// How a vertex lies in the soft matter.
+/// The place of a vertex in the layer.
 #[derive(Clone, Copy, Default)]
 struct Depth {
     /// Extinction, per opacity unit.
     strength: f32,
-    /// Optical depth straight from outside.
+    /// Optical depth of the layer in front of the vertex, along the normal.
     depth: f32,
-    /// Out of it, of length 1; 0 where there is none.
+    /// Outward unit normal in the world, or 0 where the distance is constant.
     normal: Vec3,
 }
 
@@ -63,7 +63,7 @@ impl Surface<'_> {
         x.min(y).min(z)
     }
 
-    /// The extinction at each vertex, per opacity unit, and how it lies.
+    /// The extinction at each vertex, per opacity unit, and the layer around the vertices.
     pub(super) fn soft(&self) -> (Vec<f32>, Soft) {
         let steps = self.spacing.map(|spacing| spacing / self.step());
         let heights: Vec<f32> = self.scalars.iter().map(|own| own - self.scalar).collect();
@@ -123,7 +123,7 @@ impl Surface<'_> {
         changed
     }
 
-    /// How a vertex lies, by its distance and those of its neighbours.
+    /// The place of a vertex in the layer, from its distance and those of its neighbours.
     fn depth(&self, around: &Cross, in_grid: DVec3, steps: [f32; 3]) -> Depth {
         let distance = around.own;
         if distance > 0.0 {
@@ -147,14 +147,35 @@ impl Surface<'_> {
         }
     }
 
-    /// The extinction at a distance, in the shortest steps, and the optical depth in front of it. Soft matter is as wide as neighbours lie apart
-    /// along the normal.
+    /// The extinction at a distance in shortest steps, and the optical depth in front of it. The layer is as wide as the spacing along the normal.
     fn at(&self, distance: f32, normal: Vec3) -> (f32, f32) {
         let step = (self.axes * normal.as_dvec3()).length();
         let step = single(step).max(self.step());
         let distance = distance * self.step() / step;
         // NaN where nothing is shown.
         (thickness(distance).max(0.0) / step, optical_depth(distance))
+    }
+
+    /// How far a vertex lies behind the nearest face of the box, steps, and the direction out of it.
+    fn lowest_cut(&self, in_grid: DVec3) -> (f32, Vec3) {
+        let [low, high] = self.vertices.within.ends();
+        let of_box = (0..3).flat_map(|axis| {
+            let normal = DVec3::AXES[axis];
+            [
+                (in_grid[axis] - low[axis], -normal),
+                (high[axis] - in_grid[axis], normal),
+            ]
+        });
+        let cuts = of_box.map(|(height, normal)| {
+            let normal = self.normals_from_grid * normal;
+            (height / normal.length(), normal)
+        });
+        let lowest = cuts.min_by(|a, b| a.0.total_cmp(&b.0));
+        let (height, normal) = lowest.unwrap_or((f64::INFINITY, DVec3::Z));
+        (
+            single(height).max(0.0) / self.step(),
+            normal.normalize_or_zero().as_vec3(),
+        )
     }
 
     /// The direction of a gradient in the grid, per step along each axis, in the world.
@@ -242,30 +263,6 @@ fn distance_from_neighbours(around: &Cross, steps: [f32; 3]) -> f32 {
         distance = (b + (b * b - a * c).max(0.0).sqrt()) / a;
     }
     distance.copysign(own)
-}
-
-impl Surface<'_> {
-    /// How far a vertex lies behind the nearest face of the box, steps, and the direction out of it.
-    fn lowest_cut(&self, in_grid: DVec3) -> (f32, Vec3) {
-        let [low, high] = self.vertices.within.ends();
-        let of_box = (0..3).flat_map(|axis| {
-            let normal = DVec3::AXES[axis];
-            [
-                (in_grid[axis] - low[axis], -normal),
-                (high[axis] - in_grid[axis], normal),
-            ]
-        });
-        let cuts = of_box.map(|(height, normal)| {
-            let normal = self.normals_from_grid * normal;
-            (height / normal.length(), normal)
-        });
-        let lowest = cuts.min_by(|a, b| a.0.total_cmp(&b.0));
-        let (height, normal) = lowest.unwrap_or((f64::INFINITY, DVec3::Z));
-        (
-            single(height).max(0.0) / self.step(),
-            normal.normalize_or_zero().as_vec3(),
-        )
-    }
 }
 
 /// Divides the light that vertices see by the part of the sky above a flat surface, of which half is free.

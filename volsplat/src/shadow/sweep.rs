@@ -25,7 +25,7 @@ const MOST_DEPTH: f32 = 14.0 + MOST_SOFT;
 const MOST_SOFT: f32 = 16.0;
 
 /// Cosines with the normal up to which an isosurface is less lit: what turns away from the light is dark.
-const GRAZING: f32 = 0.05;
+const TURNED_AWAY: f32 = 0.05;
 
 /// Rows of a slice that a thread takes at once, at least.
 const ROWS: usize = 16;
@@ -511,7 +511,7 @@ impl Columns {
             simd,
             flat.min(splat(MOST_SOFT * std::f32::consts::LOG2_E)) * -0.5,
         );
-        let faces = (cos * (1.0 / GRAZING)).max(splat(0.0)).min(splat(1.0));
+        let faces = (cos * (1.0 / TURNED_AWAY)).max(splat(0.0)).min(splat(1.0));
         (root / of_flat).min(splat(1.0)) * faces.sqrt()
     }
 }
