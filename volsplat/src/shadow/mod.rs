@@ -3,7 +3,7 @@
 //! Takes the bricks of a field, how their scalars become extinction, and a direction towards the light or a radius; gives a byte for each
 //! vertex, which samples interpolate as they do scalars. Nothing depends on the camera or on tiles. In the order in which data flow:
 //! `vertices` holds the vertices of the bricks, each once, in rows; `medium` is the mean extinction between two neighbours, `strengths` is that
-//! around a vertex, and says how far it is skin; `surface` is the soft matter around an isosurface. `sweep` carries columns of light from slice
+//! around a vertex, and says how far it is skin; `surface` is the soft layer around an isosurface. `sweep` carries columns of light from slice
 //! to slice; `sky` sums extinction along lines of vertices, of which a `sheet` at a time is in the cache; `sharpen` sharpens light between
 //! vertices, `brightness` is its mean over what views see, and `tables` holds the results.
 //!

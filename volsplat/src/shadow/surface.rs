@@ -283,7 +283,7 @@ fn thickness(distance: f32) -> f32 {
     (RISE * (distance + HALF_WIDTH)).clamp(0.0, BEHIND)
 }
 
-/// Optical depth from the front of the soft matter straight to a distance from the surface.
+/// Optical depth of the layer in front of a distance from the surface, along the normal.
 fn optical_depth(distance: f32) -> f32 {
     let inside = (distance + HALF_WIDTH).max(0.0);
     let soft = inside.min(2.0 * HALF_WIDTH);

@@ -18,10 +18,10 @@ use crate::shadow::vertices::{Around, LANES, PaddedRow, Soft, Vertices, lanes, m
 /// engine had stripes that an eye sees, with two they are below 1/128.
 const STEPS: usize = 2;
 
-/// Optical depths from here on let less through than the least byte tells, the soft matter of an isosurface too, which is taken off.
+/// Optical depths from here on let less through than the least byte tells, after the layer around an isosurface is subtracted.
 const MOST_DEPTH: f32 = 14.0 + MOST_SOFT;
 
-/// Most that is taken off of an isosurface's own matter: light that grazes it at 3 degrees passes that much.
+/// Greatest optical depth of the layer that is subtracted: light at 3 degrees to the surface passes that much.
 const MOST_SOFT: f32 = 16.0;
 
 /// Cosines with the normal up to which an isosurface is less lit: what turns away from the light is dark.
@@ -523,7 +523,7 @@ enum Own<'a> {
     Matter,
     /// Shares of skin.
     Skin(&'a PaddedRow),
-    /// The soft matter of an isosurface: normals, and optical depths in log2.
+    /// The layer around an isosurface: normals, and optical depths in log2.
     Soft(&'a [PaddedRow; 4]),
 }
 

@@ -104,7 +104,7 @@ struct Found<'a> {
     strengths: Vec<f32>,
     /// How far the matter around them is skin.
     skins: Skins,
-    /// How they lie around an isosurface, where one is drawn.
+    /// The layer around the isosurface, if one is drawn.
     soft: Option<Soft>,
 }
 
@@ -154,7 +154,7 @@ impl<'a> Caster<'a> {
         Matter { found, medium }
     }
 
-    /// The soft matter around an isosurface, by the scalars at vertices.
+    /// The layer around an isosurface, from the scalars at vertices.
     fn soft(&self, vertices: &Vertices, (scalars, scalar): (&[f32], f32)) -> (Vec<f32>, Soft) {
         let units_from_grid = self.world_from_index.matrix3 * (1.0 / self.opacity_unit);
         let surface = Surface {

@@ -65,15 +65,15 @@ pub(super) struct Around<'a> {
     pub(super) numbers: &'a [f32],
     /// How far the matter around them is skin.
     pub(super) skins: &'a Skins,
-    /// How they lie around an isosurface, where one is drawn.
+    /// The layer around the isosurface, if one is drawn.
     pub(super) soft: Option<&'a Soft>,
 }
 
-/// How vertices lie in the soft matter around an isosurface.
+/// The soft layer around an isosurface, at each vertex.
 pub(super) struct Soft {
-    /// Of the directions out of it, in the world.
+    /// Outward unit normals in the world: x, y and z.
     pub(super) normals: [Vec<f32>; 3],
-    /// Optical depths straight from outside, in log2, and the one at the surface.
+    /// Optical depths of the layer in front of the vertices, in log2, and the depth at the surface.
     pub(super) depths: Vec<f32>,
     pub(super) at_surface: f32,
     /// Extinction far behind the surface, per opacity unit.
