@@ -42,6 +42,8 @@ pub enum MethodName {
     Points,
     /// Every sample is a disc in its surface
     Splats,
+    /// Every row on its own: several times as fast as hybrid, for --stereo and cameras moved along the rows alone
+    Rows,
     /// Surfaces are projected forward, colour is reconstructed where they are seen
     Hybrid,
 }
@@ -90,6 +92,7 @@ impl WarpArgs {
             },
             MethodName::Points => Method::Points { tolerance },
             MethodName::Splats => Method::Splats { tolerance },
+            MethodName::Rows => Method::Rows { tolerance },
             MethodName::Hybrid => Method::Hybrid {
                 tolerance,
                 subpixels: self.subpixels.unwrap_or(4),
@@ -121,6 +124,7 @@ mod tests {
             ("nearest", Method::NEAREST),
             ("points", Method::POINTS),
             ("splats", Method::SPLATS),
+            ("rows", Method::ROWS),
             ("hybrid", Method::HYBRID),
         ] {
             let options = read(&["--method", name]).expect("legal");

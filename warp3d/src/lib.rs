@@ -40,6 +40,7 @@ mod surfaces;
 mod project;
 mod hybrid;
 mod resolve;
+mod rows;
 pub mod keys;
 mod fill;
 mod paper;

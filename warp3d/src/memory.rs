@@ -89,6 +89,8 @@ impl Taken {
             // Nearness, piece, rim and slot, and a finer lattice at a fifth of the pixels: sixteen places of eight bytes, and
             // as much as half of it again for the surfaces that they see.
             Method::Hybrid { .. } => (PREPARED, PREPARING, SEGMENTS + ON_SCREEN, 16 + 40),
+            // Colour and depth as they were given, coefficients and reaches.
+            Method::Rows { .. } => (2 * F32 + RGBA + 2 * F32, F32 + 1, 0, 0),
             Method::Points { .. } | Method::Splats { .. } => {
                 (PREPARED, PREPARING, SEGMENTS + 104, 16)
             }
@@ -104,7 +106,7 @@ impl Taken {
     /// Bytes that samples keep: colours are numbers of as many values as a channel of their file has.
     fn kept(&self, samples: &Samples, method: Method) -> u64 {
         let colour = match method {
-            Method::Nearest { .. } => RGB,
+            Method::Nearest { .. } | Method::Rows { .. } => RGB,
             _ => 3 * samples.channel_bytes,
         };
         (self.prepared + colour) * samples.count

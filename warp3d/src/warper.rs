@@ -18,7 +18,7 @@ use crate::stats::FrameStats;
 use crate::surfaces::surface::MAX_CELLS;
 use crate::view::layer::{Layer, Purpose};
 use crate::view::reference::{counted_in, length_of, scaled};
-use crate::{Error, Reference, resolve};
+use crate::{Error, Reference, resolve, rows};
 
 /// The plane that says how well each pixel is seen.
 const CONFIDENCE: &str = "confidence";
@@ -53,6 +53,7 @@ enum Last {
 struct Pipeline {
     references: Vec<Reference>,
     prepared: Vec<Prepared>,
+    rows: Vec<rows::Prepared>,
     nearest: Nearest,
     hybrid: Box<Hybrid>,
     /// Buffers of an earlier picture.
@@ -140,7 +141,8 @@ impl Warper {
     pub fn references(&self) -> Vec<Reference> {
         let references = self.pipeline.references.iter().cloned();
         let prepared = self.pipeline.prepared.iter().map(Prepared::reference);
-        let mut references: Vec<Reference> = references.chain(prepared).collect();
+        let rows = self.pipeline.rows.iter().map(|row| row.reference.clone());
+        let mut references: Vec<Reference> = references.chain(prepared).chain(rows).collect();
         for (reference, camera) in references.iter_mut().zip(&self.cameras) {
             reference.camera = *camera;
             if self.length != 1.0 {
@@ -166,7 +168,7 @@ impl Warper {
         } else {
             Purpose::Part
         };
-        let mut layer = self.layer(&camera, purpose, &mut stats);
+        let mut layer = self.layer(&camera, purpose, &mut stats)?;
         let view = View {
             camera: &camera,
             references: self.cameras.clone(),
@@ -180,7 +182,7 @@ impl Warper {
     }
 
     /// The view of `camera`, a valid one, before holes are filled.
-    fn layer(&mut self, camera: &Camera, purpose: Purpose, stats: &mut FrameStats) -> Layer {
+    fn layer(&mut self, camera: &Camera, purpose: Purpose, stats: &mut FrameStats) -> Result<Layer, Error> {
         let in_unit = |camera: &Camera| match self.length {
             1.0 => *camera,
             length => camera.in_unit(length),
@@ -189,7 +191,7 @@ impl Warper {
         let references: Vec<Camera> = self.cameras.iter().map(in_unit).collect();
         let how = (&self.options, purpose);
         let layers = (0..references.len()).map(|i| self.pipeline.layer(i, &camera, how, stats));
-        let mut layers: Vec<Layer> = layers.collect();
+        let mut layers = layers.collect::<Result<Vec<Layer>, Error>>()?;
         let clock = StageClock::start();
         let pixels = camera.width as usize * camera.height as usize;
         let hidden = match self.last {
@@ -205,7 +207,7 @@ impl Warper {
             scaled(&mut layer.depth, self.length);
         }
         stats.stages.blend += clock.stop();
-        layer
+        Ok(layer)
     }
 }
 
@@ -269,6 +271,13 @@ impl Pipeline {
                 ..Self::default()
             };
         };
+        if let Method::Rows { .. } = options.method {
+            let rows = references.map(|reference| rows::Prepared::new(reference, tolerance));
+            return Self {
+                rows: rows.collect(),
+                ..Self::default()
+            };
+        }
         let prepared = references.map(|reference| Prepared::new(reference, tolerance));
         Self {
             prepared: prepared.collect(),
@@ -282,13 +291,17 @@ impl Pipeline {
         camera: &Camera,
         (options, purpose): (&WarpOptions, Purpose),
         stats: &mut FrameStats,
-    ) -> Layer {
-        match options.method {
+    ) -> Result<Layer, Error> {
+        Ok(match options.method {
             Method::Nearest { visibility } => {
                 let to = std::mem::take(&mut self.spare);
                 let how = (visibility, options.simd.resolve());
                 let reference = &self.references[index];
                 self.nearest.render(reference, camera, how, to, stats)
+            }
+            Method::Rows { .. } => {
+                let to = std::mem::take(&mut self.spare);
+                self.rows[index].render(camera, to, stats)?
             }
             Method::Hybrid { subpixels, .. } => {
                 let how = How {
@@ -306,7 +319,7 @@ impl Pipeline {
             Method::Splats { .. } => {
                 splat::render(&self.prepared[index], camera, Shape::Disc, stats)
             }
-        }
+        })
     }
 }
 

@@ -63,7 +63,7 @@ const HALF: u8 = 128;
 
 /// Least squared difference of colour between two sides that separates them: two steps of an 8-bit picture in
 /// linear light near white, in each of three channels.
-const LEAST_CONTRAST2: f32 = 3.0 * 0.016 * 0.016;
+pub(crate) const LEAST_CONTRAST2: f32 = 3.0 * 0.016 * 0.016;
 
 /// Least jump of disparity, in tolerances, across which colours are taken apart: neighbours within three tolerances may
 /// count as one surface when a pixel is resolved.
