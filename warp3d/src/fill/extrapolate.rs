@@ -10,6 +10,7 @@ use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 use glam::{DAffine3, DVec2};
 use rayon::prelude::*;
+use resample_core::narrow::index32;
 use resample_core::simd::Vectors;
 use resample_core::{Camera, dispatch};
 
@@ -40,26 +41,26 @@ pub(crate) struct View<'a> {
 /// The number of no pixel.
 pub(crate) const NOWHERE: u32 = u32::MAX;
 
-/// Colour and depth of the pixels of `layer` that are not `known` and lie beyond; `None` for all others.
+/// Colour and depth of those of the `holes` of `layer` that lie beyond; `None` for all others.
 pub(crate) fn beyond(
     layer: &Layer,
     view: &View<'_>,
-    known: impl Fn(usize) -> bool + Sync,
-    wanted: impl Fn(usize) -> bool + Sync,
+    known: &[bool],
+    holes: &[usize],
 ) -> Vec<Option<([f32; 3], f32)>> {
     let width = view.camera.width as usize;
-    let nearest = nearest_known(layer.rgba.len(), width, known);
+    let nearest = nearest_known(known, width);
     let disc = Disc::new([width, layer.rgba.len() / width], view.level);
     let to_world = view.camera.camera_from_world.inverse();
-    let of = |at: usize| {
+    let of = |&at: &usize| {
         let from = nearest[at];
-        if !wanted(at) || from == NOWHERE {
+        if from == NOWHERE {
             return None;
         }
         let depth = layer.depth[from as usize];
         is_beyond(view, &to_world, at, depth).then(|| (mean(layer, &nearest, &disc, at), depth))
     };
-    (0..layer.rgba.len()).into_par_iter().map(of).collect()
+    holes.par_iter().map(of).collect()
 }
 
 /// Returns true if no reference shows the place at this depth behind a pixel. `to_world` leads there from the new camera.
@@ -150,34 +151,31 @@ fn mean(layer: &Layer, nearest: &[u32], disc: &Disc, at: usize) -> [f32; 3] {
 }
 
 /// The nearest known pixel of each pixel, exactly (Felzenszwalb and Huttenlocher 2012); [`NOWHERE`] if there is none.
-pub(crate) fn nearest_known(
-    count: usize,
-    width: usize,
-    known: impl Fn(usize) -> bool + Sync,
-) -> Vec<u32> {
+pub(crate) fn nearest_known(known: &[bool], width: usize) -> Vec<u32> {
+    let count = known.len();
     // In each column: the nearest known pixel above or below.
     let mut rows = vec![NOWHERE; count];
-    let mut lines = rows.chunks_exact_mut(width).enumerate();
     let mut above: &[u32] = &[];
-    for (y, line) in &mut lines {
-        if y > 0 {
-            line.copy_from_slice(above);
-        }
-        for (x, row) in line.iter_mut().enumerate() {
-            if known(y * width + x) {
-                *row = y as u32;
-            }
+    let lines = rows.chunks_exact_mut(width).zip(known.chunks_exact(width));
+    for (y, (line, known)) in lines.enumerate() {
+        let own = index32(y);
+        if y == 0 {
+            let marked = line.iter_mut().zip(known);
+            marked.for_each(|(row, &known)| *row = if known { own } else { NOWHERE });
+        } else {
+            let marked = line.iter_mut().zip(known).zip(above);
+            marked.for_each(|((row, &known), &above)| *row = if known { own } else { above });
         }
         above = line;
     }
     let mut lines = rows.chunks_exact_mut(width).enumerate().rev();
     let mut below: &[u32] = lines.next().map_or(&[], |(_, line)| line);
     for (y, line) in lines {
+        let own = index32(y);
         for (row, &found) in line.iter_mut().zip(below) {
-            let away = |row: u32| row.abs_diff(y as u32);
-            if found != NOWHERE && (*row == NOWHERE || away(found) < away(*row)) {
-                *row = found;
-            }
+            // Nowhere is farther away than any row.
+            let is_nearer = found.abs_diff(own) < row.abs_diff(own);
+            *row = if is_nearer { found } else { *row };
         }
         below = line;
     }
@@ -255,7 +253,8 @@ mod tests {
         let (width, height) = (23, 17);
         for step in [3, 41, 97, 1000] {
             let known = |i: usize| (i * 7 + 5).is_multiple_of(step);
-            let found = nearest_known(width * height, width, known);
+            let marks: Vec<bool> = (0..width * height).map(known).collect();
+            let found = nearest_known(&marks, width);
             for (at, &from) in found.iter().enumerate() {
                 let away2 = |i: usize| {
                     (i % width).abs_diff(at % width).pow(2)

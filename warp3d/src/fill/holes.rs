@@ -75,6 +75,9 @@ struct Rims {
     width: usize,
 }
 
+/// Colour and depth of a filled pixel.
+type Filled = ([f32; 3], f32);
+
 /// A far rim pixel in the triangulation.
 struct Site {
     at: Point2<f64>,
@@ -96,25 +99,29 @@ pub(crate) fn fill(layer: &mut Layer, view: &View<'_>, how: Fill) -> Vec<f32> {
     if how == Fill::None || !known {
         return mask;
     }
-    let is_known: Vec<bool> = (0..layer.rgba.len()).map(|i| is_rim(layer, i)).collect();
+    let pixels = (0..layer.rgba.len()).into_par_iter();
+    let holes: Vec<usize> = pixels.filter(|&i| layer.rgba[i][3] < SOLID).collect();
+    if holes.is_empty() {
+        return mask;
+    }
+    let pixels = (0..layer.rgba.len()).into_par_iter();
+    let is_known: Vec<bool> = pixels.map(|i| is_rim(layer, i)).collect();
     let rims = Rims::new(&is_known, width);
-    let far_rims = FarRims::new(layer, &rims, view.level);
-    let beyond = beyond(layer, view, |i| is_known[i], |i| layer.rgba[i][3] < SOLID);
+    let far_rims = FarRims::new(layer, &rims, &holes, view.level);
+    let beyond = beyond(layer, view, &is_known, &holes);
     // What lies beyond the frames is taken from there.
-    let behind = |i: usize| match beyond[i] {
-        None => far_rims.behind(layer, &rims, i),
-        Some(_) => None,
+    let behind = |(&hole, beyond): (&usize, &Option<Filled>)| {
+        beyond.or_else(|| far_rims.behind(layer, &rims, hole))
     };
-    let background: Vec<Option<([f32; 3], f32)>> =
-        (0..layer.rgba.len()).into_par_iter().map(behind).collect();
-    let natural = if how == Fill::Natural {
-        natural(layer, &far_rims.is_site, width)
-    } else {
-        Vec::new()
+    let background = holes.par_iter().zip(&beyond).map(behind);
+    let background: Vec<Option<Filled>> = background.collect();
+    let natural = match how {
+        Fill::Natural => natural(layer, &far_rims.is_site, &holes, width),
+        _ => vec![None; holes.len()],
     };
-    for (i, behind) in background.into_iter().enumerate() {
-        let inside = natural.get(i).copied().flatten().or(behind);
-        let Some((rgb, depth)) = beyond[i].or(inside) else {
+    let inside = beyond.into_iter().zip(natural).zip(background);
+    for (&i, ((beyond, natural), background)) in holes.iter().zip(inside) {
+        let Some((rgb, depth)) = beyond.or(natural).or(background) else {
             continue;
         };
         let pixel = &mut layer.rgba[i];
@@ -231,39 +238,36 @@ struct FarRims {
 }
 
 impl FarRims {
-    fn new(layer: &Layer, rims: &Rims, level: Vectors) -> Self {
+    fn new(layer: &Layer, rims: &Rims, holes: &[usize], level: Vectors) -> Self {
         let width = rims.width;
-        let told = |i: usize| {
-            let is_hole = layer.rgba[i][3] < SOLID;
-            is_hole.then(|| rims.depth_behind(layer, i)).flatten()
+        let found = |&hole: &usize| rims.depth_behind(layer, hole).unwrap_or(f32::NAN);
+        let found: Vec<f32> = holes.par_iter().map(found).collect();
+        let spread = |of_holes: &[f32]| {
+            let mut all = vec![f32::NAN; layer.rgba.len()];
+            (holes.iter().zip(of_holes)).for_each(|(&hole, &depth)| all[hole] = depth);
+            all
         };
-        let told: Vec<f32> = (0..layer.rgba.len())
-            .into_par_iter()
-            .map(|i| told(i).unwrap_or(f32::NAN))
-            .collect();
-        let far: Vec<f32> = (0..told.len())
-            .into_par_iter()
-            .map(|i| middle(&told, width, i))
-            .collect();
+        let told = spread(&found);
+        let middle = |&hole: &usize| middle(&told, width, hole);
+        let far: Vec<f32> = holes.par_iter().map(middle).collect();
         let mut is_site = vec![false; layer.rgba.len()];
-        for (hole, far) in far.iter().enumerate().filter(|(_, far)| !far.is_nan()) {
-            for rim in rims.around(hole) {
-                is_site[rim] |= is_behind(layer.depth[rim], *far);
+        let mut sites = Vec::new();
+        for (&hole, far) in holes.iter().zip(&far).filter(|(_, far)| !far.is_nan()) {
+            for rim in rims.around(hole).filter(|&rim| is_behind(layer.depth[rim], *far)) {
+                if !is_site[rim] {
+                    is_site[rim] = true;
+                    sites.push(rim);
+                }
             }
         }
         // A stray pixel says nothing of the surface behind, unless there is nothing else.
-        let of_surface: Vec<bool> = (0..is_site.len())
-            .map(|i| is_site[i] && is_of_surface(layer, width, i))
-            .collect();
-        let has_surface = of_surface.contains(&true);
-        let counts = |i: usize| {
-            if has_surface {
-                of_surface[i]
-            } else {
-                is_site[i]
-            }
-        };
-        let nearest = nearest_known(is_site.len(), width, counts);
+        let mut counts = vec![false; is_site.len()];
+        let of_surface = |&site: &usize| is_of_surface(layer, width, site);
+        let of_surface: Vec<usize> = sites.iter().copied().filter(|site| of_surface(site)).collect();
+        let counted = if of_surface.is_empty() { &sites } else { &of_surface };
+        counted.iter().for_each(|&site| counts[site] = true);
+        let nearest = nearest_known(&counts, width);
+        let far = spread(&far);
         Self {
             far,
             is_site,
@@ -377,35 +381,28 @@ fn background(layer: &Layer, rims: &Rims, at: usize, far: f32) -> Option<([f32; 
 }
 
 /// Natural-neighbour interpolation between all far rim pixels; `None` outside their hull.
-fn natural(layer: &Layer, is_site: &[bool], width: usize) -> Vec<Option<([f32; 3], f32)>> {
-    let holes: Vec<usize> = (0..layer.rgba.len())
-        .filter(|&i| layer.rgba[i][3] < SOLID)
-        .collect();
+fn natural(layer: &Layer, is_site: &[bool], holes: &[usize], width: usize) -> Vec<Option<Filled>> {
     let sites = (0..is_site.len())
         .filter(|&i| is_site[i])
         .map(|pixel| Site {
             at: Point2::new((pixel % width) as f64, (pixel / width) as f64),
             pixel,
         });
-    let mut out = vec![None; layer.rgba.len()];
     let Ok(triangulation) = DelaunayTriangulation::<Site>::bulk_load(sites.collect()) else {
-        return out;
+        return vec![None; holes.len()];
     };
     let neighbours = triangulation.natural_neighbor();
     // Treat infinite depth as background.
     let finite = layer.depth.iter().copied().filter(|z| z.is_finite());
     let most = finite.fold(f32::MAX.sqrt(), f32::max);
-    for hole in holes {
+    let filled = |&hole: &usize| {
         let at = Point2::new((hole % width) as f64, (hole / width) as f64);
         let value = |of: &dyn Fn(usize) -> f32| {
             neighbours.interpolate(|v| f64::from(of(v.data().pixel)), at)
         };
         let channel = |c: usize| value(&|i| layer.rgba[i][c]).map(|v| v as f32);
         let depth = value(&|i| layer.depth[i].min(most)).map(|v| v as f32);
-        out[hole] = match (channel(0), channel(1), channel(2), depth) {
-            (Some(r), Some(g), Some(b), Some(z)) => Some(([r, g, b], z)),
-            _ => None,
-        };
-    }
-    out
+        Some(([channel(0)?, channel(1)?, channel(2)?], depth?))
+    };
+    holes.iter().map(filled).collect()
 }

@@ -16,6 +16,10 @@ use resample_core::dispatch;
 use resample_core::simd::SimdLevel;
 use resample_io::{Plane, Stored};
 
+mod borders;
+
+use borders::Borders;
+
 /// Whole numbers with more levels than this are fine enough. Codes of MPEG have 8 or 10 bits.
 const MOST_LEVELS: u32 = 1023;
 
@@ -164,7 +168,7 @@ pub(super) fn smoothed(plane: &Plane, distance: &(dyn Fn(f32) -> f64 + Sync)) ->
         return None;
     }
     let codes = Codes::new(levels, plane.width);
-    let placed = codes.placed(&codes.borders());
+    let placed = codes.placed(&Borders::new(&codes));
     let smooth = codes.relaxed(placed);
     // A number with a meaning of its own, 0 or the largest, is left where it is.
     let value = |(i, &smooth): (usize, &f32)| {
@@ -191,7 +195,7 @@ const HALF: f32 = 0.499;
 const ROUNDS: usize = 16;
 
 /// The level of an unknown number.
-pub(super) const UNKNOWN: i32 = i32::MIN;
+const UNKNOWN: i32 = i32::MIN;
 
 /// Bits of [`Codes::sides`]: with the sample before and behind along x, and along y.
 const LEFT: u8 = 1;
@@ -202,51 +206,25 @@ const BOTH_X: u8 = LEFT | RIGHT;
 const BOTH_Y: u8 = ABOVE | BELOW;
 
 /// The levels of a plane.
-pub(super) struct Codes {
-    pub(super) levels: Vec<i32>,
+struct Codes {
+    levels: Vec<i32>,
     width: usize,
     /// With which of its neighbours a sample is of one surface.
     sides: Vec<u8>,
 }
 
-/// The nearest borders towards lower and towards higher levels: how far they are, and the samples beside them, of the own level.
-pub(super) struct Borders {
-    distance_px: Vec<[f32; 2]>,
-    beside: Vec<[u32; 2]>,
-}
-
 impl Codes {
-    pub(super) fn new(levels: Vec<i32>, width: usize) -> Self {
+    fn new(levels: Vec<i32>, width: usize) -> Self {
         let height = levels.len() / width;
-        let linked = |i: usize, place: usize, count: usize, step: usize| {
-            if place + 1 >= count || levels[i] == UNKNOWN || levels[i + step] == UNKNOWN {
-                return false;
-            }
-            let rise = levels[i + step] - levels[i];
-            let leads_on = |from: usize, to: usize| {
-                let [from, to] = [levels[from], levels[to]];
-                let beside = to.wrapping_sub(from);
-                from != UNKNOWN
-                    && to != UNKNOWN
-                    && (rise > 0) == (beside > 0)
-                    && beside != 0
-                    && (rise - beside).abs() <= 1
-            };
-            rise.abs() <= 1
-                || (place > 0 && leads_on(i - step, i))
-                || (place + 2 < count && leads_on(i + step, i + 2 * step))
-        };
         let mut sides = vec![0; levels.len()];
+        let vectors = SimdLevel::Auto.resolve();
         let rows = sides.par_chunks_mut(width).enumerate();
-        rows.for_each(|(y, row): (usize, &mut [u8])| {
-            for x in 0..width {
-                let i = y * width + x;
-                row[x] |= u8::from(linked(i, y, height, width)) * BELOW;
-                if linked(i, x, width, 1) {
-                    row[x] |= RIGHT;
-                    row[x + 1] |= LEFT;
-                }
-            }
+        rows.for_each(|(y, row)| {
+            let line = |y: usize| &levels[y * width..(y + 1) * width];
+            // Rows beyond the picture are unknown, so that nothing leads there.
+            let line = |y: Option<usize>| y.filter(|&y| y < height).map(line);
+            let lines = [y.checked_sub(1), Some(y), Some(y + 1), Some(y + 2)].map(line);
+            dispatch!(vectors, simd => link_row(simd, row, lines));
         });
         for i in width..sides.len() {
             sides[i] |= (sides[i - width] & BELOW) / BELOW * ABOVE;
@@ -269,89 +247,14 @@ impl Codes {
         [left, right, above, below].into_iter().flatten()
     }
 
-    /// The nearest borders towards lower and higher levels of the same surface, by chamfer steps.
-    fn borders(&self) -> Borders {
-        let count = self.levels.len();
-        let at = |i: usize| {
-            let (level, mut is_at) = (self.levels[i], [false; 2]);
-            for j in self.beside(i) {
-                is_at[0] |= self.levels[j] < level;
-                is_at[1] |= self.levels[j] > level;
-            }
-            is_at.map(|is_at| if is_at { 0.5 } else { f32::INFINITY })
-        };
-        let mut borders = Borders {
-            distance_px: (0..count).into_par_iter().map(at).collect(),
-            beside: (0..count as u32).map(|i| [i; 2]).collect(),
-        };
-        let height = count / self.width;
-        let mut moved = vec![false; height + 2];
-        // The second pair of sweeps goes around corners. Upwards it has something to do only beside rows that have changed.
-        for round in 0..2 {
-            for y in 0..height {
-                moved[y + 1] = self.relax::<false>(&mut borders, y) || round == 0;
-            }
-            for y in (0..height).rev() {
-                if moved[y + 1] || moved[y + 2] {
-                    moved[y + 1] |= self.relax::<true>(&mut borders, y);
-                }
-            }
-        }
-        borders
-    }
-
-    /// Takes over in row `y` what the samples of the rows before, and those before in the row itself, know; from the other side
-    /// if `BACK`. Whether anything was taken over.
-    fn relax<const BACK: bool>(&self, borders: &mut Borders, y: usize) -> bool {
-        let (width, count) = (self.width, self.levels.len());
-        let has_row = if BACK { (y + 1) * width < count } else { y > 0 };
-        let mut any = false;
-        for k in 0..width {
-            let x = if BACK { width - 1 - k } else { k };
-            let i = y * width + x;
-            let (level, mut best) = (self.levels[i], borders.distance_px[i]);
-            let mut from = [i; 2];
-            let mut take = |is_there: bool, steps: isize, length: f32| {
-                let j = i.wrapping_add_signed(if BACK { -steps } else { steps });
-                if is_there && self.levels[j] == level {
-                    for (k, known) in borders.distance_px[j].into_iter().enumerate() {
-                        if known + length < best[k] {
-                            (best[k], from[k]) = (known + length, j);
-                        }
-                    }
-                }
-            };
-            let row = width as isize;
-            let sides = [x > 0, x + 1 < width];
-            take(sides[usize::from(BACK)], -1, 1.0);
-            take(has_row, -row, 1.0);
-            // From the left to the right either way: the first of two equals stays.
-            let diagonal = if BACK { 1 } else { -1 };
-            take(
-                has_row && sides[0],
-                -row + diagonal,
-                std::f32::consts::SQRT_2,
-            );
-            take(
-                has_row && sides[1],
-                -row - diagonal,
-                std::f32::consts::SQRT_2,
-            );
-            if from != [i; 2] {
-                borders.distance_px[i] = best;
-                borders.beside[i] = [0, 1].map(|k| borders.beside[from[k]][k]);
-                any = true;
-            }
-        }
-        any
-    }
-
     /// Each sample between the borders of its level.
-    pub(super) fn placed(&self, borders: &Borders) -> Vec<f32> {
-        let width_of = |i: usize| borders.distance_px[i][1] + borders.distance_px[i][0];
+    fn placed(&self, borders: &Borders) -> Vec<f32> {
+        let (to_lower, to_higher) = (&borders.lower.distance_px, &borders.higher.distance_px);
+        let width_of = |i: usize| to_higher[i] + to_lower[i];
         // How wide the level across the border is.
         let width_across = |i: usize, towards: i32| {
-            let at = borders.beside[i][usize::from(towards > 0)] as usize;
+            let border = if towards > 0 { &borders.higher } else { &borders.lower };
+            let at = border.beside[i] as usize;
             let across = self
                 .beside(at)
                 .filter(|&j| (self.levels[j] - self.levels[at]) * towards > 0);
@@ -368,7 +271,7 @@ impl Codes {
         };
         let place = |i: usize| {
             let level = self.levels[i] as f32;
-            let [down, up] = borders.distance_px[i];
+            let (down, up) = (to_lower[i], to_higher[i]);
             level
                 + match (up.is_finite(), down.is_finite()) {
                     (true, true) => 0.5 * (down - up) / (down + up),
@@ -401,6 +304,60 @@ impl Codes {
             std::mem::swap(&mut now, &mut next);
         }
         now
+    }
+}
+
+/// Returns true if two neighbours of levels `a` and `b` are of one surface, between `before` and `behind` on their line.
+#[inline(always)]
+fn is_linked(before: i32, a: i32, b: i32, behind: i32) -> bool {
+    let rise = b.wrapping_sub(a);
+    let leads_on = |from: i32, to: i32| {
+        let beside = to.wrapping_sub(from);
+        let is_known = (from != UNKNOWN) & (to != UNKNOWN);
+        let is_same_way = ((rise > 0) == (beside > 0)) & (beside != 0);
+        is_known & is_same_way & (rise.wrapping_sub(beside).wrapping_add(1) as u32 <= 2)
+    };
+    let is_known = (a != UNKNOWN) & (b != UNKNOWN);
+    is_known & ((rise.wrapping_add(1) as u32 <= 2) | leads_on(before, a) | leads_on(b, behind))
+}
+
+/// The links of the samples of a row with those beside and below, from the rows before, itself and two behind; `None` for one beyond the
+/// picture.
+#[simd]
+fn link_row<S: Simd>(_simd: S, sides: &mut [u8], lines: [Option<&[i32]>; 4]) {
+    let [above, Some(own), below, second] = lines else {
+        return;
+    };
+    let width = own.len();
+    if let Some(below) = below {
+        // A line that stands for one beyond leads nowhere: no step leads on from an equal one.
+        let (above, second) = (above.unwrap_or(own), second.unwrap_or(below));
+        let lines = above.iter().zip(own).zip(below.iter().zip(second));
+        for (to, ((&above, &own), (&below, &second))) in sides.iter_mut().zip(lines) {
+            *to = u8::from(is_linked(above, own, below, second)) * BELOW;
+        }
+    } else {
+        sides.fill(0);
+    }
+    if width < 2 {
+        return;
+    }
+    let last = width - 2;
+    // Those at the ends have nothing before or behind them.
+    for x in [0, last] {
+        let before = own[x.saturating_sub(1)];
+        let behind = own[(x + 2).min(width - 1)];
+        sides[x] |= u8::from(is_linked(before, own[x], own[x + 1], behind)) * RIGHT;
+    }
+    if let Some(count) = last.checked_sub(1) {
+        let [before, here, next, behind] = [0, 1, 2, 3].map(|first| &own[first..first + count]);
+        let to = &mut sides[1..1 + count];
+        for x in 0..count {
+            to[x] |= u8::from(is_linked(before[x], here[x], next[x], behind[x])) * RIGHT;
+        }
+    }
+    for x in 1..width {
+        sides[x] |= (sides[x - 1] & RIGHT) / RIGHT * LEFT;
     }
 }
 

@@ -95,6 +95,34 @@ pub(super) fn between(values: &[f32], width: usize, pos: Vec2) -> f32 {
     above + v * (row(below) - above)
 }
 
+/// Displacements along a row of a picture, px of it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Ways {
+    /// At every `step`-th pixel; empty where nothing moves.
+    ways: Vec<Vec2>,
+    step: usize,
+}
+
+impl Ways {
+    /// The way at pixel `x`.
+    #[inline(always)]
+    pub(crate) fn way(&self, x: usize) -> Vec2 {
+        if self.ways.is_empty() {
+            return Vec2::ZERO;
+        }
+        let (left, right, u) = between_two(x, self.step, self.ways.len());
+        self.ways[left].lerp(self.ways[right], u)
+    }
+}
+
+/// The ones of `count` pixels before and behind a pixel of a line that is `step` times as fine, and its place between them.
+#[inline(always)]
+fn between_two(at: usize, step: usize, count: usize) -> (usize, usize, f32) {
+    let place = ((at as f32 + 0.5) / step as f32 - 0.5).clamp(0.0, (count - 1) as f32);
+    let first = cell(place);
+    (first, (first + 1).min(count - 1), place - first as f32)
+}
+
 /// Displacements from a picture to the one before, px of the picture in which they were found.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Flow {
@@ -128,23 +156,18 @@ impl Flow {
         }
     }
 
-    /// The way at a pixel, px of a picture that is `step` times as fine.
-    pub(crate) fn way(&self, x: usize, y: usize, step: usize) -> Vec2 {
-        if self.ways.is_empty() {
-            return Vec2::ZERO;
+    /// The ways along row `y` of a picture that is `step` times as fine.
+    pub(crate) fn row(&self, y: usize, step: usize) -> Ways {
+        let (top, below, v) = match self.ways.is_empty() {
+            true => return Ways::default(),
+            false => between_two(y, step, self.height),
+        };
+        let line = |y: usize| &self.ways[y * self.width..][..self.width];
+        let between = |(&a, &b): (&Vec2, &Vec2)| step as f32 * a.lerp(b, v);
+        Ways {
+            ways: line(top).iter().zip(line(below)).map(between).collect(),
+            step,
         }
-        let at = |v: usize, count: usize| {
-            let v = ((v as f32 + 0.5) / step as f32 - 0.5).clamp(0.0, (count - 1) as f32);
-            let first = cell(v);
-            (first, (first + 1).min(count - 1), v - first as f32)
-        };
-        let (left, right, u) = at(x, self.width);
-        let (top, below, v) = at(y, self.height);
-        let row = |y: usize| {
-            let line = &self.ways[y * self.width..];
-            line[left].lerp(line[right], u)
-        };
-        step as f32 * row(top).lerp(row(below), v)
     }
 
     /// The motion on a level that is twice as fine; on the `finest` one, things may be found at rest.
@@ -355,7 +378,7 @@ mod tests {
             };
             let flow = Flow::between(&grey, &grey);
             assert!(flow.ways.iter().all(|&way| way == Vec2::ZERO));
-            assert_eq!(flow.way(0, 0, 4), Vec2::ZERO);
+            assert_eq!(flow.row(0, 4).way(0), Vec2::ZERO);
         }
     }
 }

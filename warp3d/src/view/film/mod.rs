@@ -168,15 +168,11 @@ impl Film {
             flow,
             step,
         };
-        let samples = self.plate.add(&shown);
-        samples.iter().any(Option::is_some).then(|| Reference {
+        let background = self.plate.add(&shown)?;
+        Some(Reference {
             camera: picture.camera,
-            colour: (samples.par_iter().zip(&picture.colour))
-                .map(|(sample, &own)| sample.map_or(own, |sample| sample.colour))
-                .collect(),
-            depth: (samples.par_iter())
-                .map(|sample| sample.map_or(f32::NAN, |sample| 1.0 / sample.nearness))
-                .collect(),
+            colour: background.colour,
+            depth: background.depth,
         })
     }
 }

@@ -38,6 +38,15 @@ pub(crate) struct Sample {
     offset: Vec2,
 }
 
+/// The background that a picture hides.
+#[derive(Clone, Debug)]
+pub(crate) struct Background {
+    /// Of each pixel; the picture's own where nothing is known.
+    pub(crate) colour: Vec<[f32; 3]>,
+    /// Camera z; NaN where nothing is known.
+    pub(crate) depth: Vec<f32>,
+}
+
 /// The plate of the present picture.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Plate {
@@ -70,8 +79,8 @@ impl Plate {
         self.samples.clear();
     }
 
-    /// Adds a picture; gives the samples that it hides, and those of the background around them, which both show.
-    pub(crate) fn add(&mut self, now: &Shown) -> Vec<Option<Sample>> {
+    /// Adds a picture; gives the background that it hides, and what both show around that, if there is any.
+    pub(crate) fn add(&mut self, now: &Shown) -> Option<Background> {
         let width = now.width;
         let height = now.nearness.len() / width;
         let edges = edges(now.nearness, width);
@@ -80,6 +89,7 @@ impl Plate {
         }
         let ways = far_ways(now);
         let before = std::mem::take(&mut self.samples);
+        let least = least_around(&before, width);
         let mut hidden = vec![false; before.len()];
         self.samples = vec![Sample::NONE; before.len()];
         let rows = self
@@ -87,6 +97,7 @@ impl Plate {
             .par_chunks_mut(width)
             .zip(hidden.par_chunks_mut(width));
         rows.enumerate().for_each(|(y, (samples, hidden))| {
+            let ways = ways.row(y, now.step);
             for x in 0..width {
                 let index = y * width + x;
                 let own = Sample {
@@ -94,7 +105,20 @@ impl Plate {
                     nearness: now.nearness[index],
                     offset: Vec2::ZERO,
                 };
-                let carried = carried(&before, [x, y], ways.way(x, y, now.step), [width, height]);
+                let from = Vec2::new(x as f32, y as f32) + ways.way(x);
+                let Some([column, row]) = pixel_at(from, [width, height]) else {
+                    if !edges[index] {
+                        samples[x] = own;
+                    }
+                    continue;
+                };
+                // For the most part nothing around lies behind.
+                let is_in_front = least[row * width + column] * (1.0 + JUMP) >= own.nearness;
+                if is_in_front && !edges[index] {
+                    samples[x] = own;
+                    continue;
+                }
+                let carried = carried(&before, from, [column, row], [width, height]);
                 let is_behind = carried.nearness * (1.0 + JUMP) < own.nearness
                     || (own.nearness.is_nan() && !carried.nearness.is_nan());
                 if is_behind {
@@ -115,13 +139,21 @@ impl Plate {
             true => sample.nearness,
             false => 0.0,
         };
-        let behind: Vec<f32> = hidden.iter().zip(&self.samples).map(behind).collect();
+        let behind: Vec<f32> = hidden.par_iter().zip(&self.samples).map(behind).collect();
+        if !hidden.par_iter().any(|&hidden| hidden) {
+            return None;
+        }
         let around = largest_around(&behind, width, AROUND);
-        let sample = |(index, &sample): (usize, &Sample)| {
+        let shown = |index: usize| {
+            let sample = &self.samples[index];
             let goes_on = sample.nearness <= around[index] * (1.0 + JUMP);
-            (hidden[index] || goes_on).then_some(sample)
+            match hidden[index] || goes_on {
+                true => (sample.colour, 1.0 / sample.nearness),
+                false => (now.colour[index], f32::NAN),
+            }
         };
-        self.samples.iter().enumerate().map(sample).collect()
+        let (colour, depth) = (0..hidden.len()).into_par_iter().map(shown).unzip();
+        Some(Background { colour, depth })
     }
 }
 
@@ -161,21 +193,23 @@ impl Plate {
     }
 }
 
-/// The sample that comes to a pixel along a way.
+/// The pixel that holds a place, px from the first one's centre.
+fn pixel_at(place: Vec2, [width, height]: [usize; 2]) -> Option<[usize; 2]> {
+    let nearest = place.round();
+    let is_inside = nearest.x >= 0.0
+        && nearest.y >= 0.0
+        && nearest.x < width as f32
+        && nearest.y < height as f32;
+    is_inside.then(|| [cell(nearest.x), cell(nearest.y)])
+}
+
+/// The sample that comes to a pixel from a place in the pixel `column`, `row`.
 fn carried(
     before: &[Sample],
-    [x, y]: [usize; 2],
-    way: Vec2,
+    from: Vec2,
+    [column, row]: [usize; 2],
     [width, height]: [usize; 2],
 ) -> Sample {
-    let here = Vec2::new(x as f32, y as f32);
-    let from = here + way;
-    let nearest = from.round();
-    if nearest.x < 0.0 || nearest.y < 0.0 || nearest.x >= width as f32 || nearest.y >= height as f32
-    {
-        return Sample::NONE;
-    }
-    let (column, row) = (cell(nearest.x), cell(nearest.y));
     // The sample that comes nearest to the pixel's centre stood in this pixel or in one beside it.
     let (mut best, mut least) = (Sample::NONE, f32::INFINITY);
     for row in row.saturating_sub(1)..(row + 2).min(height) {
@@ -195,6 +229,16 @@ fn carried(
     }
 }
 
+/// The least inverse depth within a pixel of each; infinite where none is known.
+fn least_around(samples: &[Sample], width: usize) -> Vec<f32> {
+    let known = |sample: &Sample| match sample.nearness.is_nan() {
+        true => f32::INFINITY,
+        false => sample.nearness,
+    };
+    let known: Vec<f32> = samples.par_iter().map(known).collect();
+    around(&known, width, 1, |least, value| if value < *least { *least = value })
+}
+
 /// Pixels within [`EDGE`] of a jump of depth.
 fn edges(nearness: &[f32], width: usize) -> Vec<bool> {
     let height = nearness.len() / width;
@@ -203,50 +247,57 @@ fn edges(nearness: &[f32], width: usize) -> Vec<bool> {
     own.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         let line = &nearness[y * width..][..width];
         let below = &nearness[(y + 1).min(height - 1) * width..][..width];
-        for x in 0..width {
-            let right = line[(x + 1).min(width - 1)];
-            row[x] = jumps(line[x], right) || jumps(line[x], below[x]);
+        for ((to, &here), &below) in row.iter_mut().zip(line).zip(below) {
+            *to = jumps(here, below);
+        }
+        for ((to, &here), &right) in row.iter_mut().zip(line).zip(&line[1..]) {
+            *to |= jumps(here, right);
         }
     });
-    widened(&own, width, EDGE)
+    around(&own, width, EDGE, |any, mark| *any |= mark)
 }
 
 /// The marks that most of the nine pixels around have: without single ones, and without single gaps.
 fn agreed(marks: &[bool], width: usize) -> Vec<bool> {
-    let height = marks.len() / width;
-    let most = |index: usize| {
-        let (x, y) = (index % width, index / width);
-        let rows = y.saturating_sub(1)..(y + 2).min(height);
-        let row =
-            |y: usize| &marks[y * width + x.saturating_sub(1)..y * width + (x + 2).min(width)];
-        let count: usize = rows
-            .map(|y| row(y).iter().filter(|&&mark| mark).count())
-            .sum();
-        count >= 5
-    };
-    (0..marks.len()).into_par_iter().map(most).collect()
+    let marks: Vec<u8> = marks.par_iter().map(|&mark| u8::from(mark)).collect();
+    let counts = around(&marks, width, 1, |count, mark| *count += mark);
+    counts.par_iter().map(|&count| count >= 5).collect()
 }
 
-/// Marks all pixels within `reach` of a marked one, along rows and then columns.
-fn widened(marks: &[bool], width: usize, reach: usize) -> Vec<bool> {
-    let height = marks.len() / width;
-    let mut along = vec![false; marks.len()];
-    along
-        .par_chunks_mut(width)
-        .zip(marks.par_chunks(width))
-        .for_each(|(to, row)| {
-            for (x, to) in to.iter_mut().enumerate() {
-                *to = row[x.saturating_sub(reach)..(x + reach + 1).min(width)].contains(&true);
-            }
-        });
-    let mut all = vec![false; marks.len()];
+/// Of the numbers within `reach` of each in the picture, what `join` makes of its own and all others: along rows, then along columns.
+fn around<T: Copy + Send + Sync>(
+    values: &[T],
+    width: usize,
+    reach: usize,
+    join: impl Fn(&mut T, T) + Sync,
+) -> Vec<T> {
+    let height = values.len() / width;
+    let add = |to: &mut [T], from: &[T]| {
+        to.iter_mut().zip(from).for_each(|(to, &value)| join(to, value));
+    };
+    let mut along = values.to_vec();
+    let rows = along.par_chunks_mut(width).zip(values.par_chunks(width));
+    rows.for_each(|(to, row)| {
+        for step in 1..=reach.min(width - 1) {
+            add(to, &row[step..]);
+            add(&mut to[step..], row);
+        }
+    });
+    let mut all = along.clone();
     all.par_chunks_mut(width).enumerate().for_each(|(y, to)| {
         for other in y.saturating_sub(reach)..(y + reach + 1).min(height) {
-            let row = &along[other * width..][..width];
-            to.iter_mut().zip(row).for_each(|(to, &mark)| *to |= mark);
+            if other != y {
+                add(to, &along[other * width..][..width]);
+            }
         }
     });
     all
+}
+
+/// The largest of the numbers within `reach` of each, those that are known, or 0.
+fn largest_around(values: &[f32], width: usize, reach: usize) -> Vec<f32> {
+    let known: Vec<f32> = values.par_iter().map(|&value| value.max(0.0)).collect();
+    around(&known, width, reach, |most, value| *most = most.max(value))
 }
 
 /// A level of the pyramid: inverse depth and motion of the farther things in each block.
@@ -329,28 +380,6 @@ fn far_ways(now: &Shown) -> Flow {
         height,
         ways: (0..width * height).into_par_iter().map(way).collect(),
     }
-}
-
-/// The largest of the numbers within `reach` of each, those that are known.
-fn largest_around(values: &[f32], width: usize, reach: usize) -> Vec<f32> {
-    let height = values.len() / width;
-    let mut along = vec![0.0f32; values.len()];
-    for (to, row) in along.chunks_mut(width).zip(values.chunks(width)) {
-        for (x, to) in to.iter_mut().enumerate() {
-            let part = &row[x.saturating_sub(reach)..(x + reach + 1).min(width)];
-            *to = part.iter().copied().fold(0.0, f32::max);
-        }
-    }
-    let mut all = vec![0.0f32; values.len()];
-    for (y, to) in all.chunks_mut(width).enumerate() {
-        for other in y.saturating_sub(reach)..(y + reach + 1).min(height) {
-            let row = &along[other * width..][..width];
-            to.iter_mut()
-                .zip(row)
-                .for_each(|(to, &value)| *to = to.max(value));
-        }
-    }
-    all
 }
 
 impl Level {

@@ -129,8 +129,9 @@ impl Steady {
             .par_chunks_mut(width)
             .zip(apart.par_chunks_mut(width));
         rows.enumerate().for_each(|(y, (carried, apart))| {
+            let ways = now.flow.row(y, now.step);
             for (x, (carried, apart)) in carried.iter_mut().zip(apart).enumerate() {
-                let way = now.flow.way(x, y, now.step);
+                let way = ways.way(x);
                 let pos = Vec2::new(x as f32, y as f32) + way;
                 *apart = f32::INFINITY;
                 let inside = pos.x > -0.5
