@@ -19,29 +19,65 @@ use warp3d::{Method, Reference, SurfaceTolerance, WarpOptions, Warper};
 
 fn main() {
     let folder = std::env::args().nth(1);
-    println!("| pair | depth | depth forward, cubic back | hybrid | rows | edges: simple | hybrid | rows | false fill %: hybrid | rows | ms: hybrid | rows |");
+    println!(
+        "| pair | depth | depth forward, cubic back | hybrid | rows | edges: simple | hybrid | rows | false fill %: hybrid | rows | ms: hybrid | rows |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     let cases = cases();
-    let cases = cases.iter().flat_map(|(scene, depths)| depths.iter().map(move |(depth, reference)| (scene, *depth, reference)));
+    let cases = cases.iter().flat_map(|(scene, depths)| {
+        depths
+            .iter()
+            .map(move |(depth, reference)| (scene, *depth, reference))
+    });
     for (scene, depth, reference) in cases {
         let simple = measure(&forward_backward(reference, &scene.target), &scene.truth);
         let tolerance = match depth {
             "network" => SurfaceTolerance::Relative(0.03),
             _ => SurfaceTolerance::Auto,
         };
-        let [hybrid, rows] = [Method::Hybrid { tolerance, subpixels: 4 }, Method::Rows { tolerance }].map(|method| drawn(reference, scene, method));
+        let [hybrid, rows] = [
+            Method::Hybrid {
+                tolerance,
+                subpixels: 4,
+            },
+            Method::Rows { tolerance },
+        ]
+        .map(|method| drawn(reference, scene, method));
         let figures = [&hybrid, &rows].map(|(image, _)| measure(image, &scene.truth));
-        println!("| {} | {depth} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.1} | {:.1} |", scene.name, simple.psnr_db, figures[0].psnr_db, figures[1].psnr_db, simple.edge_db, figures[0].edge_db, figures[1].edge_db, figures[0].false_fill_percent, figures[1].false_fill_percent, hybrid.1, rows.1);
+        println!(
+            "| {} | {depth} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.1} | {:.1} |",
+            scene.name,
+            simple.psnr_db,
+            figures[0].psnr_db,
+            figures[1].psnr_db,
+            simple.edge_db,
+            figures[0].edge_db,
+            figures[1].edge_db,
+            figures[0].false_fill_percent,
+            figures[1].false_fill_percent,
+            hybrid.1,
+            rows.1
+        );
         if let Some(folder) = &folder {
-            for (name, image) in [("hybrid", &hybrid.0), ("rows", &rows.0), ("truth", &scene.truth.image)] {
-                write_png(image, &format!("{folder}/{}-{depth}-{name}.png", scene.name).replace(' ', "_"));
+            for (name, image) in [
+                ("hybrid", &hybrid.0),
+                ("rows", &rows.0),
+                ("truth", &scene.truth.image),
+            ] {
+                write_png(
+                    image,
+                    &format!("{folder}/{}-{depth}-{name}.png", scene.name).replace(' ', "_"),
+                );
             }
         }
     }
 }
 
 fn drawn(reference: &Reference, scene: &WarpScene, method: Method) -> (Image, f64) {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("a thread");
     pool.install(|| {
         let mut best = f64::INFINITY;
         let mut image = None;
@@ -76,11 +112,18 @@ fn cases() -> Vec<(WarpScene, Vec<(&'static str, Reference)>)> {
         (scene, vec![("exact", exact), ("network", network)])
     });
     let real = ["Cones", "Teddy", "Art", "Piano", "Pipes"].into_iter();
-    let real = real.filter_map(|name| pair("warp_rows", name)).map(|scene| {
-        let exact = scene.reference.clone();
-        (scene, vec![("measured", exact)])
-    });
-    scenes.into_iter().map(soft).chain(films).chain(real).collect()
+    let real = real
+        .filter_map(|name| pair("warp_rows", name))
+        .map(|scene| {
+            let exact = scene.reference.clone();
+            (scene, vec![("measured", exact)])
+        });
+    scenes
+        .into_iter()
+        .map(soft)
+        .chain(films)
+        .chain(real)
+        .collect()
 }
 
 fn write_png(image: &Image, path: &str) {
@@ -88,7 +131,11 @@ fn write_png(image: &Image, path: &str) {
     let mut encoder = png::Encoder::new(file, image.width as u32, image.height as u32);
     encoder.set_color(png::ColorType::Rgb);
     let colour = |v: f32| (255.0 * srgb_from_linear(v.clamp(0.0, 1.0)) + 0.5) as u8;
-    let bytes: Vec<u8> = image.rgba.iter().flat_map(|p| [p[0], p[1], p[2]].map(colour)).collect();
+    let bytes: Vec<u8> = image
+        .rgba
+        .iter()
+        .flat_map(|p| [p[0], p[1], p[2]].map(colour))
+        .collect();
     encoder
         .write_header()
         .and_then(|mut w| w.write_image_data(&bytes))

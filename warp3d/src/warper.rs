@@ -182,7 +182,12 @@ impl Warper {
     }
 
     /// The view of `camera`, a valid one, before holes are filled.
-    fn layer(&mut self, camera: &Camera, purpose: Purpose, stats: &mut FrameStats) -> Result<Layer, Error> {
+    fn layer(
+        &mut self,
+        camera: &Camera,
+        purpose: Purpose,
+        stats: &mut FrameStats,
+    ) -> Result<Layer, Error> {
         let in_unit = |camera: &Camera| match self.length {
             1.0 => *camera,
             length => camera.in_unit(length),

@@ -105,6 +105,18 @@ pub(super) fn defaults<T: Args + FromArgMatches>() -> T {
     T::from_arg_matches(&matches).expect("a group of optional options")
 }
 
+/// Defaults of groups: what they are where nothing is typed.
+macro_rules! defaults_untyped {
+    ($($group:ty),+) => {$(
+        impl Default for $group {
+            fn default() -> Self {
+                $crate::args::given::defaults()
+            }
+        }
+    )+};
+}
+pub(super) use defaults_untyped;
+
 /// The list that a person has asked for, one name in a line.
 pub fn listed(error: &clap::Error) -> Option<String> {
     let told = |kind| match error.get(kind) {

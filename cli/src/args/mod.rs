@@ -214,12 +214,6 @@ pub struct CameraArgs {
     pub size: Option<Size>,
 }
 
-impl Default for CameraArgs {
-    fn default() -> Self {
-        given::defaults()
-    }
-}
-
 /// How the picture is written.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Picture")]
@@ -247,3 +241,5 @@ pub enum Goes {
     /// To the program that uses this library: nothing is written, and the name only says which format it would have.
     Memory,
 }
+
+given::defaults_untyped!(CameraArgs);

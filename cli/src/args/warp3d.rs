@@ -219,24 +219,6 @@ impl LayoutWord {
     }
 }
 
-impl Default for WarpCameraArgs {
-    fn default() -> Self {
-        super::given::defaults()
-    }
-}
-
-impl Default for DepthArgs {
-    fn default() -> Self {
-        super::given::defaults()
-    }
-}
-
-impl Default for ViewArgs {
-    fn default() -> Self {
-        super::given::defaults()
-    }
-}
-
 /// Several pictures, one after another.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Several pictures")]
@@ -267,3 +249,5 @@ pub struct WarpSequenceArgs {
     #[command(flatten)]
     pub part: PartArgs,
 }
+
+super::given::defaults_untyped!(WarpCameraArgs, DepthArgs, ViewArgs);

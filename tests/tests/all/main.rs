@@ -70,6 +70,7 @@ mod warp_inputs;
 mod warp_magnified;
 mod warp_real;
 mod warp_rough;
+mod warp_rows;
 mod warp_several;
 mod warp_soft;
 mod warp_thicket;

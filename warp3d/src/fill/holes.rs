@@ -10,6 +10,7 @@
 //! 1 minus what was seen.
 
 use rayon::prelude::*;
+use resample_core::narrow::index32;
 use resample_core::simd::Vectors;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
@@ -158,27 +159,35 @@ impl Rims {
                     1 => above.rchunks(width).next(),
                     _ => below.chunks(width).next(),
                 };
-                match beside {
-                    Some(beside) if dx > 0 => here[1..].copy_from_slice(&beside[..width - 1]),
-                    Some(beside) if dx < 0 => here[..width - 1].copy_from_slice(&beside[1..]),
-                    Some(beside) => here.copy_from_slice(beside),
-                    None => {}
-                }
                 let known = &known[first..first + width];
-                for (x, (met, known)) in here.iter_mut().zip(known).enumerate() {
-                    if *known {
-                        *met = (first + x) as u32;
+                let indices = index32(first)..index32(first + width);
+                if let Some(beside) = beside {
+                    // The pixel before, against the direction; none beyond the picture.
+                    let (from, to) = match dx {
+                        1 => (0..width - 1, 1..width),
+                        0 => (0..width, 0..width),
+                        _ => (1..width, 0..width - 1),
+                    };
+                    here[to].copy_from_slice(&beside[from]);
+                    for ((met, known), index) in here.iter_mut().zip(known).zip(indices) {
+                        *met = if *known { index } else { *met };
                     }
-                }
-                let mut last = NOWHERE;
-                let mut go_on = |met: &mut u32| {
-                    last = if *met == NOWHERE { last } else { *met };
-                    *met = last;
-                };
-                match (dx, dy) {
-                    (1, 0) => here.iter_mut().for_each(&mut go_on),
-                    (-1, 0) => here.iter_mut().rev().for_each(&mut go_on),
-                    _ => {}
+                } else if dy == 0 {
+                    let mut last = NOWHERE;
+                    let mut go_on = |((met, known), index): ((&mut u32, &bool), u32)| {
+                        last = if *known { index } else { last };
+                        *met = last;
+                    };
+                    let row = here.iter_mut().zip(known).zip(indices);
+                    if dx > 0 {
+                        row.for_each(&mut go_on);
+                    } else {
+                        row.rev().for_each(&mut go_on);
+                    }
+                } else {
+                    for ((met, known), index) in here.iter_mut().zip(known).zip(indices) {
+                        *met = if *known { index } else { NOWHERE };
+                    }
                 }
             }
             met
@@ -203,7 +212,11 @@ impl Rims {
     /// From a pixel to another one, px.
     fn distance(&self, a: usize, b: usize) -> f32 {
         let apart = |a: usize, b: usize| a.abs_diff(b) as f32;
-        apart(a % self.width, b % self.width).hypot(apart(a / self.width, b / self.width))
+        let (x, y) = (
+            apart(a % self.width, b % self.width),
+            apart(a / self.width, b / self.width),
+        );
+        (x * x + y * y).sqrt()
     }
 
     /// The depth behind a hole, where there is a rim.
@@ -253,7 +266,10 @@ impl FarRims {
         let mut is_site = vec![false; layer.rgba.len()];
         let mut sites = Vec::new();
         for (&hole, far) in holes.iter().zip(&far).filter(|(_, far)| !far.is_nan()) {
-            for rim in rims.around(hole).filter(|&rim| is_behind(layer.depth[rim], *far)) {
+            for rim in rims
+                .around(hole)
+                .filter(|&rim| is_behind(layer.depth[rim], *far))
+            {
                 if !is_site[rim] {
                     is_site[rim] = true;
                     sites.push(rim);
@@ -263,8 +279,16 @@ impl FarRims {
         // A stray pixel says nothing of the surface behind, unless there is nothing else.
         let mut counts = vec![false; is_site.len()];
         let of_surface = |&site: &usize| is_of_surface(layer, width, site);
-        let of_surface: Vec<usize> = sites.iter().copied().filter(|site| of_surface(site)).collect();
-        let counted = if of_surface.is_empty() { &sites } else { &of_surface };
+        let of_surface: Vec<usize> = sites
+            .iter()
+            .copied()
+            .filter(|site| of_surface(site))
+            .collect();
+        let counted = if of_surface.is_empty() {
+            &sites
+        } else {
+            &of_surface
+        };
         counted.iter().for_each(|&site| counts[site] = true);
         let nearest = nearest_known(&counts, width);
         let far = spread(&far);

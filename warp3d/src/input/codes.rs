@@ -18,7 +18,7 @@ use resample_io::{Plane, Stored};
 
 mod borders;
 
-use borders::Borders;
+use borders::{Borders, Levels};
 
 /// Whole numbers with more levels than this are fine enough. Codes of MPEG have 8 or 10 bits.
 const MOST_LEVELS: u32 = 1023;
@@ -168,7 +168,7 @@ pub(super) fn smoothed(plane: &Plane, distance: &(dyn Fn(f32) -> f64 + Sync)) ->
         return None;
     }
     let codes = Codes::new(levels, plane.width);
-    let placed = codes.placed(&Borders::new(&codes));
+    let placed = codes.placed(&codes.borders());
     let smooth = codes.relaxed(placed);
     // A number with a meaning of its own, 0 or the largest, is left where it is.
     let value = |(i, &smooth): (usize, &f32)| {
@@ -247,13 +247,32 @@ impl Codes {
         [left, right, above, below].into_iter().flatten()
     }
 
+    /// The nearest borders towards lower and higher levels.
+    fn borders(&self) -> Borders {
+        let of = Levels {
+            levels: &self.levels,
+            width: self.width,
+        };
+        Borders::new(of, |i| {
+            let level = self.levels[i];
+            let is_beside = |towards: fn(&i32, &i32) -> bool| {
+                self.beside(i).any(|j| towards(&self.levels[j], &level))
+            };
+            [is_beside(i32::lt), is_beside(i32::gt)]
+        })
+    }
+
     /// Each sample between the borders of its level.
     fn placed(&self, borders: &Borders) -> Vec<f32> {
         let (to_lower, to_higher) = (&borders.lower.distance_px, &borders.higher.distance_px);
         let width_of = |i: usize| to_higher[i] + to_lower[i];
         // How wide the level across the border is.
         let width_across = |i: usize, towards: i32| {
-            let border = if towards > 0 { &borders.higher } else { &borders.lower };
+            let border = if towards > 0 {
+                &borders.higher
+            } else {
+                &borders.lower
+            };
             let at = border.beside[i] as usize;
             let across = self
                 .beside(at)

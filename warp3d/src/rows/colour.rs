@@ -1,11 +1,13 @@
 //! The colours that a row of the screen sees: a pixel away from edges looks its colour up at its centre; one at an edge weights the
 //! surfaces around it by the pixel's Gaussian.
 
+use std::ops::Range;
+
 use super::edges::Samples;
-use super::scan::{NOTHING, SUBPIXELS, Scan, Step};
+use super::scan::{NOTHING, Scan, Step};
 use crate::view::layer::Mix;
 
-/// A row of a layer.
+/// A row of a layer that is drawn.
 pub(super) struct Row<'a> {
     pub(super) rgba: &'a mut [[f32; 4]],
     pub(super) depth: &'a mut [f32],
@@ -29,6 +31,7 @@ pub(super) struct Filters {
 }
 
 impl Filters {
+    /// The filters of rows that are divided so.
     pub(super) fn new(step: &Step) -> Self {
         let fine = step.of_pixel();
         let gaussian = |count: usize, variance: f32| -> Vec<f32> {
@@ -53,12 +56,30 @@ impl Filters {
     }
 }
 
+/// A pixel of a row.
+#[derive(Clone, Copy)]
+struct Pixel {
+    rgba: [f32; 4],
+    depth: f32,
+    resolution: f32,
+    mix: Mix,
+}
+
 /// What is seen of one surface in a pixel's window.
 #[derive(Clone, Copy, Default)]
 struct Part {
     weight: f32,
-    /// Its disparity times its weight.
+    /// Sums over its sub-pixels, weighted: disparity, and place on the row.
     nearness: f32,
+    place: f32,
+}
+
+/// A row of the reference, where it lies on the screen.
+struct Shown<'a> {
+    scan: &'a Scan,
+    samples: &'a Samples<'a>,
+    step: &'a Step,
+    filters: &'a Filters,
 }
 
 impl Row<'_> {
@@ -70,6 +91,38 @@ impl Row<'_> {
         self.mixes.fill(Mix::ONE);
     }
 
+    /// Adds what `scan` sees, `weight` times; gives the number of pixels in which surfaces blend. Depth is that of the last row.
+    pub(super) fn add(
+        &mut self,
+        scan: &mut Scan,
+        samples: &Samples<'_>,
+        (step, filters): (&Step, &Filters),
+        weight: f32,
+    ) -> u64 {
+        scan.look_up_columns(samples, step);
+        let shown = Shown {
+            scan,
+            samples,
+            step,
+            filters,
+        };
+        let mut edge_pixels = 0;
+        for x in 0..self.rgba.len() {
+            let window = shown.window(x);
+            let is_edge = scan.edges[window.start] != scan.edges[window.end - 1];
+            edge_pixels += u64::from(is_edge);
+            let seen = match is_edge {
+                true => shown.at_edge(x, window),
+                false => shown.inside(x),
+            };
+            let Some(pixel) = seen else { continue };
+            add(&mut self.rgba[x], weight, pixel.rgba);
+            (self.depth[x], self.resolution[x]) = (pixel.depth, pixel.resolution);
+            self.mixes[x] = pixel.mix;
+        }
+        edge_pixels
+    }
+
     /// Keeps colours in their range: a spline swings beyond it beside edges of the picture.
     pub(super) fn finish(&mut self) {
         for rgba in self.rgba.iter_mut() {
@@ -79,132 +132,118 @@ impl Row<'_> {
     }
 }
 
-/// Adds what `scan` sees, `weight` times; gives the number of pixels in which surfaces blend. Depth is that of the last row.
-pub(super) fn add(
-    scan: &mut Scan,
-    samples: &Samples<'_>,
-    (step, filters): (&Step, &Filters),
-    weight: f32,
-    to: &mut Row<'_>,
-) -> u64 {
-    let of_pixel = step.of_pixel();
-    let fine = to.rgba.len() * of_pixel;
-    let mut edge_pixels = 0;
-    scan.look_up_columns(samples);
-    for x in 0..to.rgba.len() {
-        let window = (x * of_pixel).saturating_sub(of_pixel)..((x + 2) * of_pixel).min(fine);
-        let middle = x * of_pixel + of_pixel / 2;
-        let is_edge = scan.edges[window.start] != scan.edges[window.end - 1];
-        if is_edge {
-            let left_out = (x == 0) as usize * of_pixel;
-            edge_pixels += at_edge(scan, samples, (x, window, left_out), filters, weight, to);
-            continue;
+impl Shown<'_> {
+    /// The sub-pixels within a pixel's Gaussian.
+    fn window(&self, x: usize) -> Range<usize> {
+        let of_pixel = self.step.of_pixel();
+        (x * of_pixel).saturating_sub(of_pixel)..((x + 2) * of_pixel).min(self.scan.at.len())
+    }
+
+    /// A pixel whose window sees one surface, or nothing.
+    #[inline(always)]
+    fn inside(&self, x: usize) -> Option<Pixel> {
+        let (scan, of_pixel) = (self.scan, self.step.of_pixel());
+        // The sub-pixels on either side of its centre.
+        let behind = x * of_pixel + of_pixel / 2;
+        let before = behind - 1;
+        if scan.surface[behind] == NOTHING {
+            return None;
         }
-        if scan.surface[middle] == NOTHING {
-            continue;
-        }
-        let rgb = if filters.columns.len() == 1 {
-            scan.columns[x]
-        } else {
-            filtered(scan, filters, x * step.columns, step.columns)
+        let [r, g, b, _] = match self.step.columns {
+            1 => scan.columns[x],
+            _ => self.filtered(x),
         };
-        for c in 0..3 {
-            to.rgba[x][c] += weight * rgb[c];
-        }
-        to.rgba[x][3] += weight;
-        let nearness = 0.5 * (scan.nearness[middle - 1] + scan.nearness[middle]);
-        to.depth[x] = 1.0 / nearness;
-        let samples_of_pixel = (scan.at[middle] - scan.at[middle - 1]) * of_pixel as f32;
-        to.resolution[x] = samples_of_pixel.min(1.0);
+        let samples = (scan.at[behind] - scan.at[before]) * of_pixel as f32;
+        Some(Pixel {
+            rgba: [r, g, b, 1.0],
+            depth: 2.0 / (scan.nearness[before] + scan.nearness[behind]),
+            resolution: samples.min(1.0),
+            mix: Mix::ONE,
+        })
     }
-    edge_pixels
-}
 
-/// The columns around a pixel, whose first one is `first`, filtered.
-#[inline(always)]
-fn filtered(scan: &Scan, filters: &Filters, first: usize, columns: usize) -> [f32; 4] {
-    let start = first as isize - columns as isize;
-    let mut sum = [0.0f32; 4];
-    for (i, weight) in filters.columns.iter().enumerate() {
-        let at = (start + i as isize).clamp(0, scan.columns.len() as isize - 1) as usize;
-        for c in 0..4 {
-            sum[c] += weight * scan.columns[at][c];
+    /// The columns around a pixel, filtered; those of the border beyond it.
+    #[inline(always)]
+    fn filtered(&self, x: usize) -> [f32; 4] {
+        let (columns, of_pixel) = (&self.scan.columns, self.step.columns);
+        let last = columns.len() - 1;
+        let mut sum = [0.0; 4];
+        for (i, &weight) in self.filters.columns.iter().enumerate() {
+            let at = (x * of_pixel + i).saturating_sub(of_pixel).min(last);
+            add(&mut sum, weight, columns[at]);
         }
+        sum
     }
-    sum
-}
 
-/// A pixel beside an edge: each surface in its window weighs what the pixel's Gaussian gives it, and is looked up at its centre of gravity.
-fn at_edge(
-    scan: &Scan,
-    samples: &Samples<'_>,
-    (x, window, left_out): (usize, std::ops::Range<usize>, usize),
-    filters: &Filters,
-    weight: f32,
-    to: &mut Row<'_>,
-) -> u64 {
-    let mut sum = [0.0f32; 4];
-    let mut inside = 0.0;
-    let (mut main, mut front) = (Part::default(), f32::NEG_INFINITY);
-    let mut at = window.start;
-    let weights = &filters.subpixels[left_out..];
-    while at < window.end {
-        let surface = scan.surface[at];
-        let edges = scan.edges[at];
-        let mut part = Part::default();
-        let mut place = 0.0;
-        while at < window.end && scan.edges[at] == edges {
-            let w = weights[at - window.start];
-            part.weight += w;
-            part.nearness += w * scan.nearness[at];
-            place += w * scan.at[at];
-            at += 1;
+    /// A pixel beside an edge: each surface in its window weighs what the pixel's Gaussian gives it, and is looked up at its centre of gravity.
+    fn at_edge(&self, x: usize, window: Range<usize>) -> Option<Pixel> {
+        let scan = self.scan;
+        // A window that begins with the picture has lost its first pixel.
+        let lost = if x == 0 { self.step.of_pixel() } else { 0 };
+        let weights = &self.filters.subpixels[lost..];
+        let (mut sum, mut inside) = ([0.0; 4], 0.0);
+        let (mut main, mut front) = (Part::default(), 0.0f32);
+        let mut at = window.start;
+        while at < window.end {
+            let first = at;
+            let mut part = Part::default();
+            while at < window.end && scan.edges[at] == scan.edges[first] {
+                let weight = weights[at - window.start];
+                part.weight += weight;
+                part.nearness += weight * scan.nearness[at];
+                part.place += weight * scan.at[at];
+                at += 1;
+            }
+            inside += part.weight;
+            if scan.surface[first] == NOTHING {
+                continue;
+            }
+            let [r, g, b, _] = spline(self.samples, part.place / part.weight, scan.surface[first]);
+            add(&mut sum, part.weight, [r, g, b, 1.0]);
+            front = front.max(part.nearness / part.weight);
+            if part.weight > main.weight {
+                main = part;
+            }
         }
-        inside += part.weight;
-        if surface == NOTHING {
-            continue;
-        }
-        let colour = spline(samples, place / part.weight, surface);
-        for c in 0..3 {
-            sum[c] += part.weight * colour[c];
-        }
-        sum[3] += part.weight;
-        front = front.max(part.nearness / part.weight);
-        if part.weight > main.weight {
-            main = part;
-        }
+        let nearness = main.nearness / main.weight;
+        (main.weight > 0.0).then(|| Pixel {
+            rgba: sum.map(|v| v / inside),
+            depth: 1.0 / nearness,
+            resolution: 1.0,
+            mix: Mix {
+                purity: main.weight / sum[3],
+                front: if front > nearness {
+                    1.0 / front
+                } else {
+                    f32::INFINITY
+                },
+            },
+        })
     }
-    if main.weight == 0.0 {
-        return 0;
-    }
-    for c in 0..4 {
-        to.rgba[x][c] += weight * sum[c] / inside;
-    }
-    let nearness = main.nearness / main.weight;
-    to.depth[x] = 1.0 / nearness;
-    let purity = main.weight / sum[3];
-    to.mixes[x] = Mix {
-        purity,
-        front: if front > nearness { 1.0 / front } else { f32::INFINITY },
-    };
-    to.resolution[x] = 1.0;
-    1
 }
 
 impl Scan {
     /// Looks up the colour in the middle of each column that sees one surface.
-    fn look_up_columns(&mut self, samples: &Samples<'_>) {
-        let columns = self.at.len() / SUBPIXELS;
+    fn look_up_columns(&mut self, samples: &Samples<'_>, step: &Step) {
+        let columns = self.at.len() / step.of_column;
         self.columns.clear();
         self.columns.resize(columns, [0.0; 4]);
         for (column, colour) in self.columns.iter_mut().enumerate() {
-            let middle = column * SUBPIXELS + SUBPIXELS / 2;
-            let surface = self.surface[middle];
-            if surface == NOTHING || surface != self.surface[middle - 1] {
-                continue;
+            let behind = column * step.of_column + step.of_column / 2;
+            let surface = self.surface[behind];
+            if surface != NOTHING && surface == self.surface[behind - 1] {
+                let middle = 0.5 * (self.at[behind - 1] + self.at[behind]);
+                *colour = spline(samples, middle, surface);
             }
-            *colour = spline(samples, 0.5 * (self.at[middle - 1] + self.at[middle]), surface);
         }
+    }
+}
+
+/// Adds a colour `weight` times.
+#[inline(always)]
+fn add(to: &mut [f32; 4], weight: f32, colour: [f32; 4]) {
+    for (to, value) in to.iter_mut().zip(colour) {
+        *to += weight * value;
     }
 }
 
@@ -216,7 +255,11 @@ fn spline(samples: &Samples<'_>, at: f32, surface: u32) -> [f32; 4] {
     let mut before = (at.max(0.0) as usize).min(last);
     // Beyond an end of the surface.
     if !is_of(before) {
-        before = if before < last && is_of(before + 1) { before + 1 } else { before.saturating_sub(1) };
+        before = if before < last && is_of(before + 1) {
+            before + 1
+        } else {
+            before.saturating_sub(1)
+        };
     }
     let t = (at - before as f32).clamp(0.0, 1.0);
     let has_next = before < last && is_of(before + 1);
@@ -228,7 +271,11 @@ fn spline(samples: &Samples<'_>, at: f32, surface: u32) -> [f32; 4] {
         (true, false) => (before - 1, before - 1, 0.0),
         (false, false) => (before, before, 0.0),
     };
-    let after = if has_next && next < last && is_of(next + 1) { next + 1 } else { before };
+    let after = if has_next && next < last && is_of(next + 1) {
+        next + 1
+    } else {
+        before
+    };
     let u = 1.0 - t;
     let weights = [
         u * u * u / 6.0,
@@ -238,6 +285,9 @@ fn spline(samples: &Samples<'_>, at: f32, surface: u32) -> [f32; 4] {
     ];
     let taps = [previous, before, next, after].map(|i| samples.coefficients[i]);
     std::array::from_fn(|c| {
-        weights[0] * taps[0][c] + weights[1] * taps[1][c] + weights[2] * taps[2][c] + weights[3] * taps[3][c]
+        weights[0] * taps[0][c]
+            + weights[1] * taps[1][c]
+            + weights[2] * taps[2][c]
+            + weights[3] * taps[3][c]
     })
 }

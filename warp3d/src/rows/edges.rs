@@ -120,7 +120,12 @@ fn number(links: &[u8], surfaces: &mut [u32]) {
 }
 
 /// Finds how far the samples beside edges of a row reach, and gives them the colour of their own surface.
-fn take_apart(disparity: &[f32], surfaces: &[u32], colours: &mut [[f32; 4]], reaches: &mut [[f32; 2]]) {
+fn take_apart(
+    disparity: &[f32],
+    surfaces: &[u32],
+    colours: &mut [[f32; 4]],
+    reaches: &mut [[f32; 2]],
+) {
     // A sample between two edges is taken apart at each as it was given.
     let mut given = colours[0];
     for right in 1..disparity.len() {
@@ -137,14 +142,23 @@ fn take_apart(disparity: &[f32], surfaces: &[u32], colours: &mut [[f32; 4]], rea
             // The next samples inside; one that is alone counts as pure.
             let is_inside = |at: usize, of: usize| surfaces.get(at) == Some(&surfaces[of]);
             let pure = [
-                if is_inside(left.wrapping_sub(1), left) { colours[left - 1] } else { left_given },
-                if is_inside(right + 1, right) { colours[right + 1] } else { right_given },
+                if is_inside(left.wrapping_sub(1), left) {
+                    colours[left - 1]
+                } else {
+                    left_given
+                },
+                if is_inside(right + 1, right) {
+                    colours[right + 1]
+                } else {
+                    right_given
+                },
             ];
             let across = difference(pure[1], pure[0]);
             let contrast2 = dot(across, across);
             if contrast2 >= LEAST_CONTRAST2 {
                 let share = |colour: [f32; 4], pure: [f32; 4], sign: f32| {
-                    (sign * dot(difference(colour, pure), across) / contrast2).clamp(0.0, LARGEST_SHARE)
+                    (sign * dot(difference(colour, pure), across) / contrast2)
+                        .clamp(0.0, LARGEST_SHARE)
                 };
                 let of_right = share(left_given, pure[0], 1.0);
                 let of_left = share(right_given, pure[1], -1.0);

@@ -13,6 +13,7 @@ mod colour;
 
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
+use resample_core::narrow::{count, single, whole};
 use resample_core::{Camera, Projection};
 
 use crate::options::SurfaceTolerance;
@@ -77,17 +78,21 @@ impl Prepared {
         let mut layer = to.reused(width * target.height as usize);
         layer.mixes.resize(width * target.height as usize, Mix::ONE);
         let planes = (layer.rgba.par_chunks_mut(width)).zip(layer.depth.par_chunks_mut(width));
-        let shares = (layer.resolution.par_chunks_mut(width)).zip(layer.mixes.par_chunks_mut(width));
+        let shares =
+            (layer.resolution.par_chunks_mut(width)).zip(layer.mixes.par_chunks_mut(width));
         let rows = planes.zip(shares).enumerate();
-        let edge_pixels = rows.map_init(Scan::default, |scan, (y, ((rgba, depth), (resolution, mixes)))| {
-            let row = colour::Row {
-                rgba,
-                depth,
-                resolution,
-                mixes,
-            };
-            self.row(y, (&placing, &step, &filters), scan, row)
-        });
+        let edge_pixels = rows.map_init(
+            Scan::default,
+            |scan, (y, ((rgba, depth), (resolution, mixes)))| {
+                let row = colour::Row {
+                    rgba,
+                    depth,
+                    resolution,
+                    mixes,
+                };
+                self.row(y, (&placing, &step, &filters), scan, row)
+            },
+        );
         stats.edge_pixels += edge_pixels.sum::<u64>();
         stats.samples += self.edges.known;
         stats.stages.resolve += clock.stop();
@@ -95,13 +100,20 @@ impl Prepared {
     }
 
     /// Draws row `y` of the screen; gives its pixels in which surfaces blend.
-    fn row(&self, y: usize, (placing, step, filters): (&Placing, &Step, &Filters), scan: &mut Scan, mut to: colour::Row<'_>) -> u64 {
+    fn row(
+        &self,
+        y: usize,
+        (placing, step, filters): (&Placing, &Step, &Filters),
+        scan: &mut Scan,
+        mut to: colour::Row<'_>,
+    ) -> u64 {
         to.clear();
         let mut edge_pixels = 0;
         for (row, weight) in placing.rows_of(y, self.reference.camera.height as usize) {
             let samples = self.edges.row(row);
             scan.lay(&samples, step, placing.largest, to.rgba.len());
-            edge_pixels = colour::add(scan, &samples, (step, filters), weight, &mut to).max(edge_pixels);
+            let blended = to.add(scan, &samples, (step, filters), weight);
+            edge_pixels = blended.max(edge_pixels);
         }
         to.finish();
         edge_pixels
@@ -118,16 +130,24 @@ impl Prepared {
         let [x, y, one] = warp.pixel_columns();
         let disparity = warp.disparity_column();
         let [width, height] = [reference.width, reference.height].map(f64::from);
-        let divisor = one.z;
-        let size = f64::from(target.width.max(target.height));
         let largest = f64::from(self.edges.largest);
-        // What the departures add to a screen position, px.
-        let beside = (x.y.abs() * width).max(y.x.abs() * height).max(disparity.y.abs() * largest);
-        let turned = (x.z.abs() * width).max(y.z.abs() * height).max(disparity.z.abs() * largest) * size;
-        let is_along_rows = divisor > 0.0
-            && x.x > 0.0
-            && y.y > 0.0
-            && beside.max(turned) <= LARGEST_DEPARTURE_PX * divisor;
+        // What a column of the warp adds at most to a coordinate: `0` for x, `1` for y, `2` for their divisor.
+        let most = |coordinate: usize, [by_x, by_y, by_disparity]: [bool; 3]| {
+            let terms = [
+                (by_x, x[coordinate] * width),
+                (by_y, y[coordinate] * height),
+                (by_disparity, disparity[coordinate] * largest),
+            ];
+            let terms = terms.into_iter().filter(|(counts, _)| *counts);
+            terms.map(|(_, term)| term.abs()).fold(0.0, f64::max)
+        };
+        let size = f64::from(target.width.max(target.height));
+        let departure = (most(0, [false, true, false]))
+            .max(most(1, [true, false, true]))
+            .max(most(2, [true; 3]) * size);
+        let divisor = one.z;
+        let is_upright = divisor > 0.0 && x.x > 0.0 && y.y > 0.0;
+        let is_along_rows = is_upright && departure <= LARGEST_DEPARTURE_PX * divisor;
         is_along_rows.then(|| Placing {
             x: [x.x, one.x, disparity.x].map(|v| v / divisor),
             y: [y.y, one.y].map(|v| v / divisor),
@@ -137,27 +157,42 @@ impl Prepared {
 }
 
 impl Placing {
-    /// The rows of a reference of `height` that make up row `y` of the screen, with their weights: a tent as wide as a row of either.
+    /// The rows of a reference of `height` that make up row `y` of the screen, with their weights: what the reference's own Gaussian
+    /// leaves of a larger pixel's, or the two rows beside where pixels are not larger.
     fn rows_of(&self, y: usize, height: usize) -> impl Iterator<Item = (usize, f32)> {
         let [scale, offset] = self.y;
         let middle = (y as f64 + 0.5 - offset) / scale - 0.5;
-        // What the reference's own Gaussian leaves of a larger pixel's; a tent between rows where pixels are not larger.
-        let samples = 1.0 / scale;
-        let variance = 0.25 * (samples * samples - 1.0);
-        let reach = if variance > 1e-6 { (1.5 * samples).max(1.0) } else { 1.0 };
-        let first = (middle - reach).floor().max(0.0) as usize;
-        let end = ((middle + reach).ceil() + 1.0).clamp(0.0, height as f64) as usize;
-        let weight = move |row: usize| {
-            let offset = row as f64 - middle;
-            if variance > 1e-6 { (-0.5 * offset * offset / variance).exp() } else { (1.0 - offset.abs()).max(0.0) }
+        let rows_of_pixel = 1.0 / scale;
+        // The variance of both Gaussians, rows^2.
+        let variance = 0.25 * (rows_of_pixel * rows_of_pixel - 1.0);
+        let is_larger = variance > LEAST_VARIANCE;
+        let reach = if is_larger {
+            (3.0 * variance.sqrt()).max(1.0)
+        } else {
+            1.0
         };
-        let inside = middle > -0.5 - LARGEST_DEPARTURE_PX && middle < height as f64 - 0.5 + LARGEST_DEPARTURE_PX;
-        let rows = first..if inside { end } else { first };
+        let weight = move |row: usize| {
+            let apart = (row as f64 - middle).abs();
+            match is_larger {
+                true => (-0.5 * apart * apart / variance).exp(),
+                false => (1.0 - apart).max(0.0),
+            }
+        };
+        // A place beyond the first or the last row by half a row is outside the picture.
+        let beyond = 0.5 + LARGEST_DEPARTURE_PX;
+        let is_inside = middle > -beyond && middle < height as f64 - 1.0 + beyond;
+        let end = if is_inside { height } else { 0 };
+        let index = |place: f64| count(whole(place));
+        let first = index(middle - reach);
+        let rows = first..(index(middle + reach) + 1).min(end);
         let sum: f64 = rows.clone().map(weight).sum();
-        rows.map(move |row| (row, (weight(row) / sum) as f32))
-            .filter(|&(_, weight)| weight > LEAST_WEIGHT)
+        let weighted = rows.map(move |row| (row, single(weight(row) / sum)));
+        weighted.filter(|&(_, weight)| weight > LEAST_WEIGHT)
     }
 }
+
+/// Least variance for which rows are filtered, rows^2: less is rounding.
+const LEAST_VARIANCE: f64 = 1e-6;
 
 /// Least weight of a row: less is below half a step of 12 bits.
 const LEAST_WEIGHT: f32 = 1e-4;

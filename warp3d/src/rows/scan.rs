@@ -1,9 +1,11 @@
 //! The pieces between the samples of a row, laid on a row of the screen: at each sub-pixel the nearest one wins.
 
+use resample_core::narrow::cell;
+
 use super::edges::Samples;
 
-/// Sub-pixels of a column, as many as the hybrid has.
-pub(super) const SUBPIXELS: usize = 4;
+/// Least number of sub-pixels of a pixel, as many as the hybrid has.
+const SUBPIXELS: usize = 4;
 
 /// Stands for a sub-pixel in which nothing is seen.
 pub(super) const NOTHING: u32 = u32::MAX;
@@ -17,6 +19,8 @@ pub(super) struct Step {
     pub(super) samples: f32,
     /// Columns of a pixel: enough that a column is at most as wide as a sample.
     pub(super) columns: usize,
+    /// Sub-pixels of a column, an even number.
+    pub(super) of_column: usize,
 }
 
 /// What the sub-pixels of a row see.
@@ -51,18 +55,28 @@ impl Step {
     /// Screen x in px: per reference px, at 0, and per unit of disparity.
     pub(super) fn new([scale, offset, disparity]: [f64; 3]) -> Self {
         let columns = ((1.0 / scale).ceil() as usize).clamp(1, MOST_COLUMNS);
-        let fine = (columns * SUBPIXELS) as f64;
+        let of_column = if columns == 1 {
+            SUBPIXELS
+        } else {
+            SUBPIXELS / 2
+        };
+        let fine = (columns * of_column) as f64;
         Self {
             // The centre of the first sample lies at half a reference px.
-            place: [scale * fine, (offset + 0.5 * scale) * fine, disparity * fine],
+            place: [
+                scale * fine,
+                (offset + 0.5 * scale) * fine,
+                disparity * fine,
+            ],
             samples: (1.0 / scale) as f32,
             columns,
+            of_column,
         }
     }
 
     /// Sub-pixels of a pixel.
     pub(super) fn of_pixel(&self) -> usize {
-        self.columns * SUBPIXELS
+        self.columns * self.of_column
     }
 }
 
@@ -80,7 +94,9 @@ impl Scan {
         self.surface.resize(fine, NOTHING);
         let [scale, offset, per_disparity] = step.place;
         self.x.clear();
-        let x = |(i, &d): (usize, &f32)| (scale * i as f64 + (offset + per_disparity * f64::from(d))) as f32;
+        let x = |(i, &d): (usize, &f32)| {
+            (scale * i as f64 + (offset + per_disparity * f64::from(d))) as f32
+        };
         self.x.extend(samples.disparity.iter().enumerate().map(x));
         let spacing = scale as f32;
         let last = samples.disparity.len() - 1;
@@ -121,7 +137,9 @@ impl Scan {
         let mut before = (self.surface[0], self.at[0]);
         let subpixels = self.surface.iter().zip(&self.at);
         self.edges.extend(subpixels.map(|(&surface, &at)| {
-            let is_edge = surface != before.0 || (at - before.1).abs() > FAR;
+            // Where nothing is seen the place is that of an earlier row.
+            let is_far = surface != NOTHING && (at - before.1).abs() > FAR;
+            let is_edge = surface != before.0 || is_far;
             before = (surface, at);
             count += u32::from(is_edge);
             count
@@ -131,14 +149,20 @@ impl Scan {
     /// Draws a piece of a surface; one that is turned away is left out.
     #[inline(always)]
     fn draw(&mut self, from: End, to: End, surface: u32) {
-        // Of what lies beyond the row nothing is left; casts saturate.
-        let first = (from.x - 0.5).ceil().max(0.0) as usize;
-        let end = ((to.x - 0.5).ceil().max(0.0) as usize).min(self.at.len());
+        // The first sub-pixels whose centres lie behind; of what lies beyond the row nothing is left.
+        let behind = |x: f32| {
+            let whole = cell(x - 0.5);
+            whole + usize::from((whole as f32) < x - 0.5)
+        };
+        let (first, end) = (behind(from.x), behind(to.x).min(self.at.len()));
         if first >= end {
             return;
         }
         let per_x = 1.0 / (to.x - from.x);
-        let (at_slope, slope) = ((to.at - from.at) * per_x, (to.nearness - from.nearness) * per_x);
+        let (at_slope, slope) = (
+            (to.at - from.at) * per_x,
+            (to.nearness - from.nearness) * per_x,
+        );
         let start = first as f32 + 0.5 - from.x;
         for s in first..end {
             let along = start + (s - first) as f32;

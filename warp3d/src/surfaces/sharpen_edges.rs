@@ -41,6 +41,9 @@ const TURN: f32 = 0.01;
 /// from which it hears.
 const HALO: usize = 2 * REACH + 8 + SIDES_REACH;
 
+/// Rows of a map that vote on how its edges are, at least: each has its say where a map has fewer.
+const VOTERS: usize = 256;
+
 /// How the edges of a depth map are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Edges {
@@ -55,8 +58,10 @@ pub(crate) enum Edges {
 impl Edges {
     /// How the edges along the rows of a depth map are.
     pub(crate) fn of(projection: Projection, depth: &[f32], width: usize) -> Self {
+        let height = depth.len() / width.max(1);
         depth
             .par_chunks(width)
+            .step_by((height / VOTERS).max(1))
             .map(|row| Votes::of_row(projection, row))
             .reduce(Votes::default, Votes::with)
             .edges()

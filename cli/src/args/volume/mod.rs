@@ -156,12 +156,6 @@ pub struct TransferArgs {
     pub show_transfer: Option<PathBuf>,
 }
 
-impl Default for TransferArgs {
-    fn default() -> Self {
-        crate::args::given::defaults()
-    }
-}
-
 /// The value of its ray that a pixel shows.
 #[derive(Args, Clone, Debug, Default, PartialEq)]
 #[command(next_help_heading = "Blending (order field)")]
@@ -305,3 +299,5 @@ impl OrderName {
         }
     }
 }
+
+super::given::defaults_untyped!(TransferArgs);

@@ -13,13 +13,14 @@ use resample_io::files;
 use resample_io::film::{Facts, FrameRate, Kept, Original, Reader, Want, is_film};
 use resample_io::listed::files_of;
 use tempfile::NamedTempFile;
-use warp3d::Fill;
 use warp3d::args::MethodName;
 use warp3d::film::{Shot, Survey};
 use warp3d::input::{DepthKind, Part, Picture, Plane, RANGE_SHARE, colour, depth};
+use warp3d::{Fill, WarpArgs};
 
 use crate::args::Warp3dArgs;
 use crate::cameras::viewpoint;
+use crate::cameras::viewpoint::Viewpoint;
 use crate::output::temporary_file;
 use crate::process::report;
 use crate::process::report::{Progress, watch};
@@ -280,7 +281,17 @@ impl FilmInput {
     }
 }
 
-/// Sets the defaults of a film, where nothing else was typed: relative depth, a lens, the surface tolerance, and the filling of holes.
+/// Returns true if both eyes of a pair are drawn from one picture alone, which they share their rows with.
+fn is_pair(args: &Warp3dArgs) -> bool {
+    let (cameras, views) = (&args.cameras, &args.views);
+    let is_alone = cameras.to.is_none() && cameras.reference.is_empty();
+    let is_plane = cameras.from != Some(Viewpoint::Equirectangular)
+        && views.layout.is_none_or(|layout| layout.places().is_some());
+    views.stereo.is_some() && is_alone && is_plane
+}
+
+/// Sets the defaults of a film, where nothing else was typed: relative depth, a lens, the surface tolerance, the method of a pair, and the
+/// filling of holes.
 pub(crate) fn set_defaults(args: &mut Warp3dArgs, is_relative: bool) -> Result<()> {
     if is_relative && args.meaning.depth_kind.is_none() {
         args.meaning.depth_kind = Some(DepthKind::Relative);
@@ -297,6 +308,10 @@ pub(crate) fn set_defaults(args: &mut Warp3dArgs, is_relative: bool) -> Result<(
         args.render.set("tolerance", word, |options| {
             options.tolerance = Some(TOLERANCE)
         });
+    }
+    if is_pair(args) && !args.render.has("method") {
+        let rows = |options: &mut WarpArgs| options.method = MethodName::Rows;
+        args.render.set("method", "rows".to_owned(), rows);
     }
     if !args.render.has("fill") {
         let word = "film".to_owned();

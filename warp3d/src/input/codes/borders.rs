@@ -7,8 +7,6 @@ use resample_core::dispatch;
 use resample_core::narrow::index32;
 use resample_core::simd::{SimdLevel, Vectors};
 
-use super::Codes;
-
 /// The nearest borders of each sample towards lower and towards higher levels of its surface.
 pub(super) struct Borders {
     pub(super) lower: Nearest,
@@ -43,19 +41,20 @@ enum Sweep {
 
 const DIAGONAL: f32 = std::f32::consts::SQRT_2;
 
+/// Levels whose borders are looked for.
+#[derive(Clone, Copy)]
+pub(super) struct Levels<'a> {
+    pub(super) levels: &'a [i32],
+    pub(super) width: usize,
+}
+
 impl Borders {
-    pub(super) fn new(codes: &Codes) -> Self {
-        let count = codes.levels.len();
-        let at = |i: usize| {
-            let (level, mut is_at) = (codes.levels[i], [false; 2]);
-            for j in codes.beside(i) {
-                is_at[0] |= codes.levels[j] < level;
-                is_at[1] |= codes.levels[j] > level;
-            }
-            is_at.map(|is_at| if is_at { 0.5 } else { f32::INFINITY })
-        };
-        let (lower, higher) = (0..count).into_par_iter().map(at).map(<(f32, f32)>::from).unzip();
-        let spread = |distance_px: Vec<f32>| Nearest::spread(codes, distance_px);
+    /// Of samples of which `is_at` says whether they lie beside a lower and beside a higher level.
+    pub(super) fn new(of: Levels<'_>, is_at: impl Fn(usize) -> [bool; 2] + Sync) -> Self {
+        let at = |i: usize| is_at(i).map(|is_at| if is_at { 0.5 } else { f32::INFINITY });
+        let samples = (0..of.levels.len()).into_par_iter();
+        let (lower, higher) = samples.map(at).map(<(f32, f32)>::from).unzip();
+        let spread = |distance_px: Vec<f32>| Nearest::spread(of, distance_px);
         let (lower, higher) = rayon::join(|| spread(lower), || spread(higher));
         Self { lower, higher }
     }
@@ -63,22 +62,22 @@ impl Borders {
 
 impl Nearest {
     /// Spreads what samples beside borders know.
-    fn spread(codes: &Codes, distance_px: Vec<f32>) -> Self {
+    fn spread(of: Levels<'_>, distance_px: Vec<f32>) -> Self {
         let mut nearest = Self {
             beside: (0..index32(distance_px.len())).collect(),
             distance_px,
         };
         let vectors = SimdLevel::Auto.resolve();
-        let height = codes.levels.len() / codes.width;
+        let height = of.levels.len() / of.width;
         let mut moved = vec![false; height + 2];
         // The second pair of sweeps goes around corners. Upwards it has something to do only beside rows that have changed.
         for round in 0..2 {
             for y in 0..height {
-                moved[y + 1] = nearest.take(codes, (y, Sweep::Down), vectors) || round == 0;
+                moved[y + 1] = nearest.take(of, (y, Sweep::Down), vectors) || round == 0;
             }
             for y in (0..height).rev() {
                 if moved[y + 1] || moved[y + 2] {
-                    moved[y + 1] |= nearest.take(codes, (y, Sweep::Up), vectors);
+                    moved[y + 1] |= nearest.take(of, (y, Sweep::Up), vectors);
                 }
             }
         }
@@ -86,38 +85,54 @@ impl Nearest {
     }
 
     /// Takes over in row `y` what the row before it knows, and what samples before know in the row itself; whether anything was taken over.
-    fn take(&mut self, codes: &Codes, (y, sweep): (usize, Sweep), vectors: Vectors) -> bool {
-        let width = codes.width;
+    fn take(&mut self, of: Levels<'_>, (y, sweep): (usize, Sweep), vectors: Vectors) -> bool {
+        let width = of.width;
         let at = y * width;
         let (distances, besides) = (&mut self.distance_px, &mut self.beside);
         let row = |y: usize| y * width..(y + 1) * width;
-        let levels = &codes.levels[row(y)];
+        let levels = &of.levels[row(y)];
         let (before, own) = match sweep {
             Sweep::Down => {
                 let (before, own) = distances.split_at_mut(at);
                 let (beside_before, beside) = besides.split_at_mut(at);
                 let before = y.checked_sub(1).map(|above| Known {
-                    levels: &codes.levels[row(above)],
+                    levels: &of.levels[row(above)],
                     distance_px: &before[row(above)],
                     beside: &beside_before[row(above)],
                 });
-                (before, Line { distance_px: &mut own[..width], beside: &mut beside[..width] })
+                (
+                    before,
+                    Line {
+                        distance_px: &mut own[..width],
+                        beside: &mut beside[..width],
+                    },
+                )
             }
             Sweep::Up => {
                 let (own, behind) = distances.split_at_mut(at + width);
                 let (beside, beside_behind) = besides.split_at_mut(at + width);
                 let before = (!behind.is_empty()).then(|| Known {
-                    levels: &codes.levels[row(y + 1)],
+                    levels: &of.levels[row(y + 1)],
                     distance_px: &behind[..width],
                     beside: &beside_behind[..width],
                 });
-                (before, Line { distance_px: &mut own[at..], beside: &mut beside[at..] })
+                (
+                    before,
+                    Line {
+                        distance_px: &mut own[at..],
+                        beside: &mut beside[at..],
+                    },
+                )
             }
         };
-        let Line { distance_px, beside } = own;
+        let Line {
+            distance_px,
+            beside,
+        } = own;
         let mut any = false;
         if let Some(before) = &before {
-            any |= dispatch!(vectors, simd => take_across(simd, levels, distance_px, beside, before));
+            any |=
+                dispatch!(vectors, simd => take_across(simd, levels, distance_px, beside, before));
         }
         any | take_along(levels, distance_px, beside, sweep)
     }
@@ -141,17 +156,32 @@ fn take_across<S: Simd>(
             1 => (0..width, 0..width),
             _ => (1..width, 0..width - 1),
         };
-        let (known_levels, known) = (&before.levels[from.clone()], &before.distance_px[from.clone()]);
+        let (known_levels, known) = (
+            &before.levels[from.clone()],
+            &before.distance_px[from.clone()],
+        );
         let known_beside = &before.beside[from];
-        let (levels, distance_px, beside) = (&levels[to.clone()], &mut distance_px[to.clone()], &mut beside[to]);
+        let (levels, distance_px, beside) = (
+            &levels[to.clone()],
+            &mut distance_px[to.clone()],
+            &mut beside[to],
+        );
         let count = levels.len();
-        let (known_levels, known, known_beside) = (&known_levels[..count], &known[..count], &known_beside[..count]);
+        let (known_levels, known, known_beside) = (
+            &known_levels[..count],
+            &known[..count],
+            &known_beside[..count],
+        );
         let (distance_px, beside) = (&mut distance_px[..count], &mut beside[..count]);
         for x in 0..count {
             let there = known[x] + length;
             let is_nearer = (known_levels[x] == levels[x]) & (there < distance_px[x]);
             distance_px[x] = if is_nearer { there } else { distance_px[x] };
-            beside[x] = if is_nearer { known_beside[x] } else { beside[x] };
+            beside[x] = if is_nearer {
+                known_beside[x]
+            } else {
+                beside[x]
+            };
             any |= u32::from(is_nearer);
         }
     }

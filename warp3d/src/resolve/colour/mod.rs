@@ -24,11 +24,11 @@ pub(crate) use cubic::held;
 use cubic::{Axis, across};
 pub(crate) use cubic::{EightWeights, Taps, Weights, by_place};
 
-use crate::keys::weights;
 use crate::project::narrow;
 use crate::project::prepared::Prepared;
 use crate::surfaces::patch::{Hit, Patch};
 use crate::surfaces::surface::Surfaces;
+use crate::view::keys::weights;
 
 /// From this variance on (reference px^2) a Gaussian sum over the samples themselves is a filter: its ripple,
 /// 2 exp(-2 pi^2 v), is 0.5 % and is normalised away.

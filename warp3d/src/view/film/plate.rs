@@ -195,12 +195,10 @@ impl Plate {
 
 /// The pixel that holds a place, px from the first one's centre.
 fn pixel_at(place: Vec2, [width, height]: [usize; 2]) -> Option<[usize; 2]> {
-    let nearest = place.round();
-    let is_inside = nearest.x >= 0.0
-        && nearest.y >= 0.0
-        && nearest.x < width as f32
-        && nearest.y < height as f32;
-    is_inside.then(|| [cell(nearest.x), cell(nearest.y)])
+    let corner = place + 0.5;
+    let is_inside =
+        corner.x >= 0.0 && corner.y >= 0.0 && corner.x < width as f32 && corner.y < height as f32;
+    is_inside.then(|| [cell(corner.x), cell(corner.y)])
 }
 
 /// The sample that comes to a pixel from a place in the pixel `column`, `row`.
@@ -236,7 +234,11 @@ fn least_around(samples: &[Sample], width: usize) -> Vec<f32> {
         false => sample.nearness,
     };
     let known: Vec<f32> = samples.par_iter().map(known).collect();
-    around(&known, width, 1, |least, value| if value < *least { *least = value })
+    around(&known, width, 1, |least, value| {
+        if value < *least {
+            *least = value
+        }
+    })
 }
 
 /// Pixels within [`EDGE`] of a jump of depth.
@@ -273,7 +275,9 @@ fn around<T: Copy + Send + Sync>(
 ) -> Vec<T> {
     let height = values.len() / width;
     let add = |to: &mut [T], from: &[T]| {
-        to.iter_mut().zip(from).for_each(|(to, &value)| join(to, value));
+        to.iter_mut()
+            .zip(from)
+            .for_each(|(to, &value)| join(to, value));
     };
     let mut along = values.to_vec();
     let rows = along.par_chunks_mut(width).zip(values.par_chunks(width));

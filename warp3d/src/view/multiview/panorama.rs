@@ -6,7 +6,7 @@
 use glam::DVec2;
 use resample_core::{Camera, Image, Plane};
 
-use crate::keys::weights;
+use crate::view::keys::weights;
 use crate::view::panorama;
 
 /// Pixels of a face beyond its quarter on each side, for the outer samples of the cubic.
