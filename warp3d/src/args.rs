@@ -48,6 +48,11 @@ pub enum MethodName {
     Hybrid,
 }
 
+impl MethodName {
+    /// The methods that draw for any camera.
+    pub const FOR_ANY_CAMERA: [Self; 4] = [Self::Nearest, Self::Points, Self::Splats, Self::Hybrid];
+}
+
 impl WarpArgs {
     /// When two neighbours are on one surface.
     pub fn tolerance(&self) -> SurfaceTolerance {

@@ -206,7 +206,7 @@ pub(crate) fn options(drawing: &Drawing) -> Result<Value> {
         }
         Drawing::Warp3d(_) => {
             options["fill"] = json!(names::<warp3d::Fill>());
-            options["method"] = json!(names::<warp3d::args::MethodName>());
+            options["method"] = json!(warp3d::args::MethodName::FOR_ANY_CAMERA.map(word));
         }
         Drawing::Points(args) => {
             options["shade"] = json!(names::<warp3d::cloud::Shade>());

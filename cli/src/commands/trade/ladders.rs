@@ -180,7 +180,7 @@ fn depth_ladders() -> Vec<Ladder> {
         ])
     });
     vec![
-        ladder("method", all::<MethodName>(), DepthChoice::Method),
+        ladder("method", MethodName::FOR_ANY_CAMERA, DepthChoice::Method),
         Ladder {
             name: "visibility",
             rungs: visibility.to_vec(),
