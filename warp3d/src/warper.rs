@@ -15,6 +15,7 @@ use crate::paper::splat;
 use crate::paper::splat::Shape;
 use crate::project::prepared::Prepared;
 use crate::stats::FrameStats;
+use crate::surfaces::sharpen_edges::Edges;
 use crate::surfaces::surface::MAX_CELLS;
 use crate::view::layer::{Layer, Purpose};
 use crate::view::reference::{counted_in, length_of, scaled};
@@ -75,30 +76,7 @@ impl Warper {
     /// # Errors
     /// No reference, a plane that does not have one entry per pixel of its camera, or an option out of range.
     pub fn new(references: Vec<Reference>, options: &WarpOptions) -> Result<Self, Error> {
-        options.validate()?;
-        if references.is_empty() {
-            return Err(Error::Option(
-                "at least one reference image with depth is required".into(),
-            ));
-        }
-        references
-            .iter()
-            .enumerate()
-            .try_for_each(|(index, reference)| check(index, reference))?;
-        let cameras = references.iter().map(|r| r.camera).collect();
-        let length = length_of(&references);
-        let counted = |reference| match length {
-            1.0 => reference,
-            length => counted_in(reference, length),
-        };
-        let drawn = references.into_iter().map(counted);
-        Ok(Self {
-            cameras,
-            length,
-            pipeline: Pipeline::new(drawn, options),
-            options: options.clone(),
-            last: Last::View,
-        })
+        Self::prepared(references, Last::View, options)
     }
 
     /// As [`Warper::new`], with one more reference that shows what the others hide, such as [`crate::film::Film`] gives it: it is seen where
@@ -116,9 +94,35 @@ impl Warper {
             None => Last::View,
         };
         references.extend(hidden);
+        Self::prepared(references, last, options)
+    }
+
+    fn prepared(
+        references: Vec<Reference>,
+        last: Last,
+        options: &WarpOptions,
+    ) -> Result<Self, Error> {
+        options.validate()?;
+        if references.is_empty() {
+            return Err(Error::Option(
+                "at least one reference image with depth is required".into(),
+            ));
+        }
+        let mut numbered = references.iter().enumerate();
+        numbered.try_for_each(|(index, reference)| check(index, reference))?;
+        let cameras = references.iter().map(|r| r.camera).collect();
+        let length = length_of(&references);
+        let counted = |reference| match length {
+            1.0 => reference,
+            length => counted_in(reference, length),
+        };
+        let drawn = references.into_iter().map(counted).collect();
         Ok(Self {
+            cameras,
+            length,
+            pipeline: Pipeline::new(drawn, last, options),
+            options: options.clone(),
             last,
-            ..Self::new(references, options)?
         })
     }
 
@@ -269,23 +273,37 @@ fn seen(layer: &mut Layer, confidence: bool) -> u64 {
 }
 
 impl Pipeline {
-    fn new(references: impl Iterator<Item = Reference>, options: &WarpOptions) -> Self {
+    /// Prepares `references`, the last one for its use.
+    fn new(references: Vec<Reference>, last: Last, options: &WarpOptions) -> Self {
         let Some(tolerance) = options.method.tolerance() else {
             return Self {
-                references: references.collect(),
+                references,
                 ..Self::default()
             };
         };
-        if let Method::Rows { .. } = options.method {
-            let rows = references.map(|reference| rows::Prepared::new(reference, tolerance));
-            return Self {
-                rows: rows.collect(),
-                ..Self::default()
-            };
+        let count = references.len();
+        let with_edges = references
+            .into_iter()
+            .enumerate()
+            .map(|(index, reference)| {
+                let camera = &reference.camera;
+                let edges = match last {
+                    // The background of a film has no samples beside edges.
+                    Last::Hidden if index + 1 == count => Edges::Sharp,
+                    _ => Edges::of(camera.projection, &reference.depth, camera.width as usize),
+                };
+                (reference, edges)
+            });
+        let (mut prepared, mut rows) = (Vec::new(), Vec::new());
+        for (reference, edges) in with_edges {
+            match options.method {
+                Method::Rows { .. } => rows.push(rows::Prepared::new(reference, tolerance, edges)),
+                _ => prepared.push(Prepared::new(reference, tolerance, edges)),
+            }
         }
-        let prepared = references.map(|reference| Prepared::new(reference, tolerance));
         Self {
-            prepared: prepared.collect(),
+            prepared,
+            rows,
             ..Self::default()
         }
     }

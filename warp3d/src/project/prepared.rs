@@ -29,16 +29,15 @@ pub(crate) struct Prepared {
 }
 
 impl Prepared {
-    /// Finds surfaces and edges of `reference`, whose depth is made sharp where it is soft. Each buffer of a number a sample is let
+    /// Finds surfaces and edges of `reference`, whose depth is made sharp as its `edges` ask for it. Each buffer of a number a sample is let
     /// go as soon as it can be.
-    pub(crate) fn new(reference: Reference, tolerance: SurfaceTolerance) -> Self {
+    pub(crate) fn new(reference: Reference, tolerance: SurfaceTolerance, edges: Edges) -> Self {
         let Reference {
             camera,
             colour,
             depth,
         } = reference;
         let width = camera.width as usize;
-        let edges = Edges::of(camera.projection, &depth, width);
         let sharp = match edges {
             Edges::Sharp => depth.clone(),
             edges => sharpened_in_bands(camera.projection, (&depth, &colour), width, edges),

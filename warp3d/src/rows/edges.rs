@@ -51,12 +51,11 @@ const BEHIND: f32 = 0.05;
 const LARGEST_SHARE: f32 = 0.5;
 
 impl RowEdges {
-    /// The edges in the rows of `reference`, whose depth is made sharp where it is soft.
-    pub(super) fn new(reference: &Reference, tolerance: SurfaceTolerance) -> Self {
+    /// The surfaces in the rows of `reference`, whose depth is made sharp as its `edges` ask for it.
+    pub(super) fn new(reference: &Reference, tolerance: SurfaceTolerance, edges: Edges) -> Self {
         let camera = &reference.camera;
         let size = [camera.width as usize, camera.height as usize];
         let width = size[0];
-        let edges = Edges::of(camera.projection, &reference.depth, width);
         let given = (&reference.depth[..], &reference.colour[..]);
         let mut of_samples = match edges {
             Edges::Sharp => reference.depth.clone(),
@@ -82,6 +81,9 @@ impl RowEdges {
                 // A NaN or an infinity times a weight of 0 is NaN, which would spread.
                 let [r, g, b] = colour.map(|v| if v.is_finite() { v } else { 0.0 });
                 *to = [r, g, b, 0.0];
+            }
+            if of_samples[row.clone()].iter().all(|d| d.is_nan()) {
+                return;
             }
             number(&links[row.clone()], surfaces);
             take_apart(&of_samples[row], surfaces, coefficients, reaches);

@@ -18,6 +18,7 @@ use resample_core::{Camera, Projection};
 
 use crate::options::SurfaceTolerance;
 use crate::stats::FrameStats;
+use crate::surfaces::sharpen_edges::Edges;
 use crate::view::layer::{Layer, Mix};
 use crate::view::warp::Warp;
 use crate::{Error, Reference};
@@ -48,9 +49,9 @@ struct Placing {
 const LARGEST_DEPARTURE_PX: f64 = 1e-3;
 
 impl Prepared {
-    /// Finds surfaces and edges of `reference`.
-    pub(crate) fn new(reference: Reference, tolerance: SurfaceTolerance) -> Self {
-        let edges = RowEdges::new(&reference, tolerance);
+    /// Finds surfaces of `reference`, whose depth is made sharp as its `edges` ask for it.
+    pub(crate) fn new(reference: Reference, tolerance: SurfaceTolerance, edges: Edges) -> Self {
+        let edges = RowEdges::new(&reference, tolerance, edges);
         Self { reference, edges }
     }
 

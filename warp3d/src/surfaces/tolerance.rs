@@ -87,9 +87,15 @@ pub(crate) const ROUNDS: usize = 2;
 /// sample to sample on one surface, relative to it.
 pub(crate) fn bridge(disparity: &mut [f32], size: [usize; 2], tolerance: f32) {
     for _ in 0..ROUNDS {
+        // Nothing is known beside most samples of an empty region.
+        let is_beside_known = |index: usize| {
+            let near = |step: usize| [index.wrapping_sub(step), index + step];
+            let mut beside = [1, size[0]].into_iter().flat_map(near);
+            beside.any(|at| disparity.get(at).is_some_and(|d| !d.is_nan()))
+        };
         let found: Vec<(usize, f32)> = (0..disparity.len())
             .into_par_iter()
-            .filter(|&index| disparity[index].is_nan())
+            .filter(|&index| disparity[index].is_nan() && is_beside_known(index))
             .filter_map(|index| Some((index, between(disparity, size, tolerance, index)?)))
             .collect();
         if found.is_empty() {
