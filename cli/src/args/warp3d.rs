@@ -36,7 +36,7 @@ pub struct Warp3dArgs {
     /// Picture to write, .png, .jpg or .exr, or - for the standard output; a pattern such as %04d is replaced by the number of the picture
     ///
     /// An EXR file also holds depth (Z), the filled part, and the confidence. With .apng, .webp or .gif, all pictures go into
-    /// one animation; with .mp4, .webm or .mkv into one video, which needs the program ffmpeg.
+    /// one animation; with .mp4, .webm or .mkv into one video, which needs the program ffmpeg. With .mpo and .jps, the views of --stereo are a stereo photograph.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
     /// Also write where the picture has or had holes as a grey PNG or EXR: 1 where nothing was seen

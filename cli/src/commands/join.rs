@@ -12,8 +12,8 @@ use resample_io::rendered;
 
 use crate::args::JoinArgs;
 use crate::output;
-use crate::output::{Format, FrameNames};
-use crate::picture::bands::{Kind, PartMark};
+use crate::output::{Depth, Format, FrameNames};
+use crate::picture::bands::PartMark;
 use crate::picture::{MAX_PIXELS, bands};
 use crate::process::report;
 use crate::process::report::Verbosity;
@@ -36,8 +36,10 @@ pub(crate) fn run(args: &JoinArgs, verbosity: Verbosity) -> Result<()> {
     found
         .iter()
         .try_for_each(|other| check_alike(first, other))?;
-    let format = output::format_of(&args.output, first.mark.kind.bits())?;
-    if Kind::of(format) != first.mark.kind {
+    let is_deep = first.mark.format == Format::Png(Depth::Sixteen);
+    let bits = is_deep.then_some(16);
+    let format = output::format_of(&args.output, bits)?;
+    if format != first.mark.format {
         bail!(
             "{}: the parts are those of another format: give the picture the extension that it was drawn for",
             args.output.display()
@@ -62,7 +64,7 @@ pub(crate) fn run(args: &JoinArgs, verbosity: Verbosity) -> Result<()> {
     let count = pictures.len();
     for (number, tiles) in pictures {
         let mark = &tiles[0].mark;
-        let has_mark = number.is_some() && format != Format::Jpeg;
+        let has_mark = number.is_some() && !matches!(format, Format::Jpeg(_));
         let fingerprint = has_mark.then_some(mark.fingerprint.as_str());
         let file = names.frame(number.unwrap_or(0));
         output::write_marked_picture(&file, format, &joined(&tiles)?, fingerprint)?;
@@ -111,7 +113,7 @@ fn check_alike(one: &Found, other: &Found) -> Result<()> {
         );
     }
     let is_same = one.grid == other.grid
-        && one.kind == other.kind
+        && one.format == other.format
         && one.number.is_some() == other.number.is_some();
     let is_same_picture = one.number != other.number
         || (&one.fingerprint, one.whole) == (&other.fingerprint, other.whole);

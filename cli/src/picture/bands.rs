@@ -10,7 +10,7 @@ use anyhow::{Result, bail};
 use resample_core::{Camera, Image};
 use serde::{Deserialize, Serialize};
 
-use crate::output::{Depth, Format};
+use crate::output::Format;
 use crate::values::TileWord;
 
 /// Side of a tile of the renderers, px: bands and windows begin at edges of tiles.
@@ -176,39 +176,8 @@ pub(crate) struct PartMark {
     pub(crate) place: [u32; 2],
     /// Columns and rows of all tiles.
     pub(crate) grid: [u32; 2],
-    /// The kind of the whole picture's file.
-    pub(crate) kind: Kind,
-}
-
-/// The formats of pictures, by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Kind {
-    /// PNG of 8 bits.
-    Png8,
-    /// PNG of 16 bits.
-    Png16,
-    /// OpenEXR.
-    Exr,
-    /// JPEG.
-    Jpeg,
-}
-
-impl Kind {
-    /// The kind of a format.
-    pub(crate) fn of(format: Format) -> Self {
-        match format {
-            Format::Png(Depth::Eight) => Self::Png8,
-            Format::Png(Depth::Sixteen) => Self::Png16,
-            Format::Exr => Self::Exr,
-            Format::Jpeg => Self::Jpeg,
-        }
-    }
-
-    /// The bits that were asked for.
-    pub(crate) fn bits(self) -> Option<u8> {
-        (self == Self::Png16).then_some(16)
-    }
+    /// The format of the whole picture's file.
+    pub(crate) format: Format,
 }
 
 /// The pixels of a tile.

@@ -31,6 +31,7 @@ use crate::values::{BackgroundWord, Orbit, Size};
 use crate::{output, picture};
 use resample_io::camera_file;
 use resample_io::camera_file::{CameraDefaults, CameraFile};
+use resample_io::write::Views;
 pub use run_log::{Follow, RunLog};
 use texmap::background::Background;
 
@@ -102,6 +103,18 @@ pub(crate) struct Run<'a> {
     pub log: RunLog<'a>,
 }
 
+/// Refuses a stereo photograph of a picture that is no pair of whole views.
+pub(crate) fn check_views(format: Format, output: &Path, is_pair: bool) -> Result<()> {
+    let is_stereo = matches!(format, Format::Jpeg(views) if views != Views::One);
+    if is_pair || !is_stereo {
+        return Ok(());
+    }
+    bail!(
+        "{}: a stereo photograph holds the two whole views of a depth image: give --stereo BASELINE, with --layout side-by-side or none",
+        output.display()
+    )
+}
+
 impl Plan {
     /// Checks all that can be checked by now.
     pub(crate) fn new(request: &Request) -> Result<Self> {
@@ -116,10 +129,12 @@ impl Plan {
         } else {
             Pictures::One
         };
-        Ok(Self {
+        let plan = Self {
             cameras,
             ..Self::without_cameras(request, pictures)?
-        })
+        };
+        check_views(plan.finish.format, request.output, false)?;
+        Ok(plan)
     }
 
     /// As [`Plan::new`], for a command that finds its cameras itself.
@@ -146,7 +161,7 @@ impl Plan {
         // A video, a GIF and a JPEG cannot be transparent.
         let opaque = match &film {
             Some(film) => film.kind.is_opaque(),
-            None => format == Format::Jpeg,
+            None => matches!(format, Format::Jpeg(_)),
         };
         let background = background(request.picture.background.as_ref(), opaque)?;
         Ok(Self {

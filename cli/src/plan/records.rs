@@ -31,7 +31,7 @@ pub(crate) fn camera_record(request: &Request, stance: Stance) -> Value {
 /// The picture in the stats file.
 pub(crate) fn picture_record(request: &Request, format: Format) -> Value {
     let bits = match format {
-        Format::Png(Depth::Eight) | Format::Jpeg => Some(8),
+        Format::Png(Depth::Eight) | Format::Jpeg(_) => Some(8),
         Format::Png(Depth::Sixteen) => Some(16),
         Format::Exr => None,
     };

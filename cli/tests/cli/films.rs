@@ -11,7 +11,7 @@ const SIZE: [usize; 2] = [96, 54];
 const PICTURES: usize = 12;
 
 /// The lens and the range of depth, so that nothing is guessed from the pictures.
-const WORDS: &str = "--from fov:40 --relative-range 20,220 --depth-kind relative --stereo 0.2 --tolerance 0.03 --fill film";
+const WORDS: &str = "--method rows --from fov:40 --relative-range 20,220 --depth-kind relative --stereo 0.2 --tolerance 0.03 --fill film";
 
 /// Returns true if `ffmpeg` and `ffprobe` are installed.
 fn has_ffmpeg() -> bool {
@@ -173,8 +173,10 @@ fn a_stereo_film_keeps_rate_length_and_sound() {
     }
     let bench = films();
     let words = "warp3d film.mkv depth.mkv --stereo 0.1 --layout half-side-by-side -o out/s.mp4";
-    let output = bench.run(words);
+    let output = bench.run(&format!("{words} --stats stats.json"));
     assert_good(&output);
+    let stats = fs::read_to_string(bench.path("stats.json")).expect("written");
+    assert!(stats.contains("\"method\": \"rows\""), "{stats}");
     let said = stderr(&output);
     assert!(
         said.contains("2 shots in 12 pictures") && said.contains("fov:35"),

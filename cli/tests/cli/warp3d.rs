@@ -1,5 +1,7 @@
 //! `resample warp3d` from end to end: a small picture with depth, made here, seen from elsewhere.
 
+use std::fs;
+
 use super::{Bench, assert_good, read_png, stderr};
 
 /// Size of the test picture, px.
@@ -180,7 +182,7 @@ fn several_cameras_are_numbered_and_resumed() {
         ["a_0000.png", "a_0001.png", "a_0002.png"],
         "one for each camera of the file"
     );
-    std::fs::remove_file(bench.path("out/a_0001.png")).expect("written before");
+    fs::remove_file(bench.path("out/a_0001.png")).expect("written before");
     let output = bench.run(&format!("{words} --resume"));
     assert!(
         stderr(&output).contains("2 of 3 pictures were there already"),
@@ -234,6 +236,52 @@ fn stereo_quilts_anaglyphs_and_sways_have_their_sizes() {
     assert_good(&bench.run(&format!(
         "{VIEW} --method nearest --sway 3,4 -o out/sway.apng"
     )));
+}
+
+#[test]
+fn stereo_photographs_hold_both_views() {
+    let bench = bench();
+    let pair = format!("{VIEW} --method rows --stereo 0.1 --fill background");
+    for name in ["pair.mpo", "pair.jps", "pair.png"] {
+        assert_good(&bench.run(&format!("{pair} -o out/{name}")));
+    }
+    let decoded = |bytes: &[u8]| {
+        let jpeg = image::load_from_memory_with_format(bytes, image::ImageFormat::Jpeg);
+        jpeg.expect("a JPEG").to_rgb8()
+    };
+    let file = |name: &str| fs::read(bench.path(&format!("out/{name}"))).expect("written");
+    let png = image::load_from_memory(&file("pair.png"))
+        .expect("a PNG")
+        .to_rgb8();
+    let (half, whole) = (png.width() / 2, png.width());
+    let mpo = file("pair.mpo");
+    let begins = |at: &usize| mpo[*at..].starts_with(&[0xff, 0xd8, 0xff]);
+    let second = (3..mpo.len()).find(begins).expect("a second picture");
+    let views = [decoded(&mpo), decoded(&mpo[second..])];
+    let crossed = decoded(&file("pair.jps"));
+    // JPEG errs by a few codes on average.
+    let off = |(x, y): (u32, u32), found: &image::Rgb<u8>| {
+        let expected = png.get_pixel(x, y).0;
+        let channels = expected.iter().zip(found.0);
+        channels.map(|(a, b)| f64::from(a.abs_diff(b))).sum::<f64>() / 3.0
+    };
+    let mean = |picture: &image::RgbImage, from: u32| {
+        let pixels = picture.enumerate_pixels();
+        let sum: f64 = pixels
+            .map(|(x, y, found)| off(((x + from) % whole, y), found))
+            .sum();
+        sum / f64::from(picture.width() * picture.height())
+    };
+    let errors = [
+        mean(&views[0], 0),
+        mean(&views[1], half),
+        mean(&crossed, half),
+    ];
+    assert!(errors.iter().all(|&error| error < 6.0), "{errors:?}");
+    assert!(
+        mean(&views[0], half) > 2.0 * errors[0],
+        "the views differ: {errors:?}"
+    );
 }
 
 #[test]
@@ -299,7 +347,7 @@ fn further_references_are_read() {
         "{VIEW} --to shift:0.1,0,0 --reference im.png z.pfm cameras.json#targets/0 -o out/a.png"
     );
     assert_good(&bench.run(&format!("{words} --stats out/s.json")));
-    let stats = std::fs::read_to_string(bench.path("out/s.json")).expect("written");
+    let stats = fs::read_to_string(bench.path("out/s.json")).expect("written");
     assert!(
         stats.contains("\"references\": 2"),
         "both are counted: {stats}"

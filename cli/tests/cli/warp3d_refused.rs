@@ -140,3 +140,25 @@ fn a_limit_of_memory_is_kept_before_anything_is_read() {
         "{VIEW} --to shift:0.1,0,0 -o out/b.png --max-memory 64M"
     )));
 }
+
+#[test]
+fn rows_and_stereo_photographs_need_a_pair() {
+    let bench = bench();
+    let refused = |words: &str, named: &str| {
+        assert_one_line(&bench, &format!("warp3d im.png z.pfm {words}"), named)
+    };
+    let lens = "--intrinsics 30,30,15.5,11.5";
+    refused(
+        &format!("{lens} --method rows --to shift:0,0.1,0 -o out/a.png"),
+        "use the method hybrid",
+    );
+    for words in [
+        "--to shift:0.1,0,0 -o out/a.mpo",
+        "--stereo 0.1 --layout half-side-by-side -o out/a.mpo",
+        "--stereo 0.1 --anaglyph -o out/a.jps",
+        "--stereo 0.1 -o out/a.png --filled out/b.mpo",
+    ] {
+        refused(&format!("{lens} {words}"), "stereo photograph");
+    }
+    assert_one_line(&bench, "texmap cube.obj -o out/a.mpo", "stereo photograph");
+}

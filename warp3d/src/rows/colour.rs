@@ -65,7 +65,7 @@ struct Pixel {
     mix: Mix,
 }
 
-/// What is seen of one surface in a pixel's window.
+/// One surface in a pixel's window, as far as it is seen.
 #[derive(Clone, Copy, Default)]
 struct Part {
     weight: f32,

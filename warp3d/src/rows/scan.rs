@@ -23,7 +23,7 @@ pub(super) struct Step {
     pub(super) of_column: usize,
 }
 
-/// What the sub-pixels of a row see.
+/// The sub-pixels of a row, each with the nearest piece that it sees.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Scan {
     /// Disparity of the nearest piece; below 0 where nothing is seen.

@@ -20,7 +20,7 @@ use warp3d::memory::ReferenceSize;
 use warp3d::multiview::Layout;
 use warp3d::{Fill, WarpOptions, Warper};
 
-use crate::args::{CameraArgs, Drawing, SequenceArgs, Warp3dArgs};
+use crate::args::{CameraArgs, Drawing, LayoutWord, SequenceArgs, Warp3dArgs};
 use crate::cameras::camera_path::KeyKind;
 use crate::open::depth::frames::Frames;
 use crate::open::open_scene::{OpenScene, Parts};
@@ -28,7 +28,7 @@ use crate::open::setting::Setting;
 use crate::output;
 use crate::picture::Drawn;
 use crate::picture::bands::Window;
-use crate::plan::{Change, Pictures, Plan, Purpose, Request, Run, RunLog};
+use crate::plan::{Change, Pictures, Plan, Purpose, Request, Run, RunLog, check_views};
 use crate::process::report;
 use crate::process::report::{Notes, RunStats, Verbosity};
 use texmap::background::Background;
@@ -385,7 +385,7 @@ fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
 fn check_words(args: &Warp3dArgs) -> Result<()> {
     check_layout(args)?;
     for path in [&args.filled, &args.confidence].into_iter().flatten() {
-        output::format_of(path, None)?;
+        check_views(output::format_of(path, None)?, path, false)?;
     }
     if args.filled.is_some() && args.filled == args.confidence {
         bail!("--filled and --confidence have the same name: choose another one");
@@ -397,6 +397,13 @@ fn check_words(args: &Warp3dArgs) -> Result<()> {
         bail!("--relative-range is the range of relative depth: give --depth-kind relative too");
     }
     let views = &args.views;
+    let is_whole = views
+        .layout
+        .is_none_or(|layout| layout == LayoutWord::SideBySide);
+    let is_pair = views.stereo.is_some() && views.anaglyph.is_none() && is_whole;
+    if let Ok(format) = output::format_of(&args.output, None) {
+        check_views(format, &args.output, is_pair)?;
+    }
     let is_single = views.stereo.is_none()
         && views.quilt.is_none()
         && views.layout.is_none()

@@ -18,7 +18,7 @@ pub(super) fn render_options(args: &GaussianRenderArgs, format: Format) -> Resul
         min_transmittance: args.min_transmittance,
         depth: match format {
             Format::Exr => DepthPlane::Expected,
-            Format::Png(_) | Format::Jpeg => DepthPlane::None,
+            Format::Png(_) | Format::Jpeg(_) => DepthPlane::None,
         },
         layers: output::layers(format, args.layers.as_ref())?,
         simd: args.vector_level,

@@ -446,7 +446,7 @@ fn pose(model: &ModelArgs, sequence: &SequenceArgs, number: usize) -> Option<Pos
 pub(crate) fn render_options(args: &RenderOptions, finish: &Finish) -> Result<RenderOptions> {
     let planes = match finish.format {
         Format::Exr if args.planes.is_empty() => PlaneKind::USUAL.to_vec(),
-        Format::Png(_) | Format::Jpeg if !args.planes.is_empty() => {
+        Format::Png(_) | Format::Jpeg(_) if !args.planes.is_empty() => {
             bail!("--layers: only a name that ends in .exr has a place for them")
         }
         _ => args.planes.clone(),

@@ -21,7 +21,7 @@ use resample_io::rendered::{self, Content, Description};
 use serde_json::Value;
 
 use crate::output::{Film, FilmPlan, Format, FrameNames};
-use crate::picture::bands::{Kind, Next, PartMark, Window};
+use crate::picture::bands::{Next, PartMark, Window};
 use crate::picture::{Drawn, Finish, RenderShot, Shot, bands};
 use crate::plan::Request;
 use crate::plan::run_log::RunLog;
@@ -80,7 +80,7 @@ impl Sequence<'_> {
     /// The mark in the file of a picture; a single picture and a JPEG carry none.
     fn mark(&self, camera: &Camera) -> Option<String> {
         let numbered = matches!(self.names, FrameNames::Numbered { .. });
-        let has_room = self.finish.format != Format::Jpeg;
+        let has_room = !matches!(self.finish.format, Format::Jpeg(_));
         (numbered && has_room).then(|| self.fingerprint.of_picture(camera))
     }
 
@@ -88,8 +88,10 @@ impl Sequence<'_> {
     fn mark_in_file(&self, camera: &Camera, number: usize) -> Result<Option<String>> {
         let number = matches!(self.names, FrameNames::Numbered { .. }).then_some(number);
         let fingerprint = self.fingerprint.of_picture(camera);
-        let kind = Kind::of(self.finish.format);
-        match self.part.mark((number, fingerprint), camera, kind) {
+        match self
+            .part
+            .mark((number, fingerprint), camera, self.finish.format)
+        {
             Some(mark) => Ok(Some(serde_json::to_string(&mark)?)),
             None => Ok(self.mark(camera)),
         }
@@ -368,7 +370,7 @@ impl Part {
         &self,
         (number, fingerprint): (Option<usize>, String),
         camera: &Camera,
-        kind: Kind,
+        format: Format,
     ) -> Option<PartMark> {
         let TileWord { column, row, grid } = self.tile?;
         Some(PartMark {
@@ -379,7 +381,7 @@ impl Part {
             whole: [camera.width, camera.height],
             place: [column, row],
             grid: [grid.columns, grid.rows],
-            kind,
+            format,
         })
     }
 }

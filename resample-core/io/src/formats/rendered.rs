@@ -137,7 +137,7 @@ impl Content {
             Format::Png(Depth::Eight) => Self::Png8,
             Format::Png(Depth::Sixteen) => Self::Png,
             Format::Exr => Self::Exr,
-            Format::Jpeg => Self::Jpeg,
+            Format::Jpeg(_) => Self::Jpeg,
         }
     }
 }

@@ -6,26 +6,27 @@ use std::io;
 use std::io::{BufWriter, Seek, Write};
 use std::path::Path;
 
-use image::ExtendedColorType;
-use image::codecs::jpeg::JpegEncoder;
 use resample_core::image::linear_from_srgb;
 use resample_core::{Error, Image};
+use serde::{Deserialize, Serialize};
 use tempfile::NamedTempFile;
 
 use super::failure::WriteFailure;
-use super::png::{Depth, opaque_bytes};
+use super::png::Depth;
+use super::stereo_jpeg::{self, Views};
 use super::temporary::{folder_of, is_stdout, temporary_file};
 use super::{exr, png};
 
 /// How a picture is written.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Format {
     /// sRGB, straight alpha.
     Png(Depth),
     /// Linear light, premultiplied, 32-bit floating point.
     Exr,
-    /// sRGB, 8 bits, lossy and opaque.
-    Jpeg,
+    /// sRGB, 8 bits, lossy and opaque; of one view, or of the two of a stereo photograph.
+    Jpeg(Views),
 }
 
 /// The format that the extension of `path` asks for; PNG on the standard output, `-`.
@@ -41,15 +42,17 @@ pub fn format_of(path: &Path, bits: Option<u8>) -> Result<Format, Error> {
             "{}: an EXR file always has 32 bits per channel: leave --bits out",
             path.display()
         )),
-        (Some("jpg" | "jpeg"), None | Some(8)) => Ok(Format::Jpeg),
-        (Some("jpg" | "jpeg"), Some(_)) => refused(format!(
+        (Some("jpg" | "jpeg"), None | Some(8)) => Ok(Format::Jpeg(Views::One)),
+        (Some("mpo"), None | Some(8)) => Ok(Format::Jpeg(Views::Two)),
+        (Some("jps"), None | Some(8)) => Ok(Format::Jpeg(Views::Crossed)),
+        (Some("jpg" | "jpeg" | "mpo" | "jps"), Some(_)) => refused(format!(
             "{}: a JPEG has 8 bits per channel: leave --bits out",
             path.display()
         )),
         (None, Some(16)) if is_stdout(path) => Ok(Format::Png(Depth::Sixteen)),
         (None, _) if is_stdout(path) => Ok(Format::Png(Depth::Eight)),
         _ => refused(format!(
-            "{}: unknown picture format: the name must end in .png, .jpg or .exr (animations: .apng, .webp, .gif, .mp4, .webm, .mkv)",
+            "{}: unknown picture format: the name must end in .png, .jpg or .exr (stereo pairs: .mpo, .jps; animations: .apng, .webp, .gif, .mp4, .webm, .mkv)",
             path.display()
         )),
     }
@@ -70,7 +73,7 @@ pub fn write_marked_picture(
     write_whole(path, |file| match format {
         Format::Png(depth) => png::write(file, image, depth, mark),
         Format::Exr => exr::write(file, image, mark),
-        Format::Jpeg => write(file, image),
+        Format::Jpeg(views) => stereo_jpeg::write(file, image, views),
     })
 }
 
@@ -107,7 +110,7 @@ pub fn write_grey(
     write_whole(path, |file| match format {
         Format::Png(_) => png::write_grey(file, size, values),
         Format::Exr => exr::write_grey(file, size, values),
-        Format::Jpeg => write(file, &grey(size, values)),
+        Format::Jpeg(views) => stereo_jpeg::write(file, &grey(size, values), views),
     })
 }
 
@@ -158,21 +161,6 @@ pub(super) fn write_whole(
         Ok(bytes)
     };
     written().map_err(WriteFailure::of(path))
-}
-
-/// Quality, 1 to 100: at 92, errors are below what most people see. A guess.
-const QUALITY: u8 = 92;
-
-/// Writes `image` to `file`.
-fn write(file: impl Write, image: &Image) -> io::Result<()> {
-    let mut opaque = image.clone();
-    opaque.rgba.iter_mut().for_each(|pixel| pixel[3] = 1.0);
-    let [width, height] =
-        [image.width, image.height].map(|side| u32::try_from(side).unwrap_or(u32::MAX));
-    let bytes = opaque_bytes(&opaque, Depth::Eight);
-    JpegEncoder::new_with_quality(file, QUALITY)
-        .encode(&bytes, width, height, ExtendedColorType::Rgb8)
-        .map_err(io::Error::other)
 }
 
 fn refused(text: String) -> Result<Format, Error> {

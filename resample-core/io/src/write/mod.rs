@@ -12,6 +12,7 @@ mod failure;
 mod files;
 mod films;
 mod runs;
+mod stereo_jpeg;
 mod temporary;
 #[cfg(test)]
 mod tests;
@@ -25,4 +26,5 @@ pub use files::{
     write_picture, write_text, write_tile,
 };
 pub use films::{DEFAULT_FPS, Film, FilmKind, FilmPlan, kind_of};
+pub use stereo_jpeg::Views;
 pub use temporary::{Listed, remove_all_and_exit, temporary_file};

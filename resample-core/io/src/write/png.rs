@@ -12,9 +12,11 @@ use png::{BitDepth, ColorType, Compression, Decoder, Encoder, SrgbRenderingInten
 use rayon::prelude::*;
 use resample_core::Image;
 use resample_core::image::srgb_from_linear;
+use serde::{Deserialize, Serialize};
 
 /// Bits per channel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Depth {
     /// 8 bits.
     Eight,

@@ -200,7 +200,8 @@ fn formats_follow_from_the_extension() {
     );
     assert_eq!(format("a.exr", None).expect("known"), Format::Exr, "EXR");
     for name in ["a.jpg", "a.JPEG"] {
-        assert_eq!(format(name, None).expect("known"), Format::Jpeg, "{name}");
+        let jpeg = Format::Jpeg(Views::One);
+        assert_eq!(format(name, None).expect("known"), jpeg, "{name}");
     }
     let piped = format("-", None).expect("known");
     assert_eq!(piped, Format::Png(Depth::Eight), "the standard output");

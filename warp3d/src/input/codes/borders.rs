@@ -84,7 +84,7 @@ impl Nearest {
         nearest
     }
 
-    /// Takes over in row `y` what the row before it knows, and what samples before know in the row itself; whether anything was taken over.
+    /// Takes over in row `y` what the row before it knows, and what samples before know in the row itself. Returns true if anything was taken over.
     fn take(&mut self, of: Levels<'_>, (y, sweep): (usize, Sweep), vectors: Vectors) -> bool {
         let width = of.width;
         let at = y * width;
@@ -138,7 +138,7 @@ impl Nearest {
     }
 }
 
-/// What a row takes over from the three samples of the row before beside each; whether that is anything.
+/// Each sample of a row takes over what the three beside it in the row before know. Returns true if any does.
 #[simd]
 fn take_across<S: Simd>(
     _simd: S,
@@ -188,7 +188,7 @@ fn take_across<S: Simd>(
     any != 0
 }
 
-/// What the samples of a row take over from those before them; whether that is anything.
+/// Each sample of a row takes over what the one before it knows. Returns true if any does.
 fn take_along(levels: &[i32], distance_px: &mut [f32], beside: &mut [u32], sweep: Sweep) -> bool {
     let mut any = false;
     let mut take = |from: usize, to: usize| {
