@@ -58,7 +58,7 @@ pub use look::options::{
     Shadow, Subpixels,
 };
 pub use look::scene::{Channel, Look, Scene};
-pub use look::transfer::{ColourEncoding, ColourMap, Shading, TransferFunction};
+pub use look::transfer::{ColourEncoding, ColourMap, GradientOpacity, Shading, TransferFunction};
 pub use look::{clip, options, scene, transfer};
 pub use paper::samples::sample::Samples;
 pub use render::{Frame, Renderer};

@@ -12,6 +12,7 @@ use resample_core::Camera;
 use resample_core::light::{AMBIENT, DIFFUSE};
 use resample_core::narrow::single;
 
+use crate::GradientOpacity;
 use crate::look::options::{Light, RenderOptions, Shading};
 
 /// Strength of the highlight, white, and its exponent. Habits too.
@@ -26,12 +27,21 @@ pub(crate) struct ShadeSettings {
     specular: f32,
 }
 
-/// A factor of the extinction that rises from 0 to 1 with the length of the gradient.
+/// A factor of the extinction over the length of the gradient: that of the shortest, and what each piece of the curve adds.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct GradientRamp {
+pub(crate) struct GradientCurve {
+    first: f32,
+    pieces: [Ramp; GradientOpacity::MOST_KNOTS - 1],
+    count: usize,
+}
+
+/// A piece of a curve, which rises or falls from one length of the gradient to another.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ramp {
     low: f32,
     /// 1 over the ramp's width.
     scale: f32,
+    rise: f32,
 }
 
 /// Light on a sample: a factor of its colour, and white to add.
@@ -144,23 +154,29 @@ impl<F, M> Polar<F, M> {
     }
 }
 
-impl GradientRamp {
-    /// A ramp from `low` to `high`, value per world unit, `low` below `high`, in a picture that counts lengths in `unit`, world
-    /// units.
-    pub(crate) fn new(ramp: [f64; 2], unit: f64) -> Self {
-        let [low, high] = ramp.map(|slope| slope * unit);
-        // A ramp narrower than f32 knows is a step.
+impl GradientCurve {
+    /// That of a picture that counts lengths in `unit`, world units.
+    pub(crate) fn new(curve: &GradientOpacity, unit: f64) -> Self {
+        let knots = curve.scaled(unit).knots;
+        let mut pieces = [Ramp::default(); GradientOpacity::MOST_KNOTS - 1];
+        let pairs = knots.windows(2).zip(&mut pieces);
+        pairs.for_each(|(pair, piece)| *piece = Ramp::new(pair[0], pair[1]));
         Self {
-            low: low as f32,
-            scale: (1.0 / (high - low)).min(f64::from(f32::MAX)) as f32,
+            first: knots.first().map_or(1.0, |knot| single(knot[1])),
+            pieces,
+            count: knots.len().saturating_sub(1),
         }
     }
 
     /// The factor of one sample.
     pub(crate) fn of_gradient(&self, gradient: [f32; 3]) -> f32 {
         let [x, y, z] = gradient.map(f64::from);
-        let length = DVec3::new(x, y, z).length().min(f64::from(f32::MAX));
-        ((single(length) - self.low) * self.scale).clamp(0.0, 1.0)
+        let length = single(DVec3::new(x, y, z).length().min(f64::from(f32::MAX)));
+        let pieces = self.pieces[..self.count].iter();
+        let factor = pieces.fold(self.first, |sum, piece| {
+            sum + piece.rise * ((length - piece.low) * piece.scale).clamp(0.0, 1.0)
+        });
+        factor.clamp(0.0, 1.0)
     }
 
     /// The factors of samples with these gradients.
@@ -170,9 +186,26 @@ impl GradientRamp {
         simd: S,
         gradient: [F; 3],
     ) -> F {
-        let constant = |v: f32| F::splat(simd, v);
-        let ramp = (Polar::new(simd, gradient).length - constant(self.low)) * constant(self.scale);
-        ramp.max(constant(0.0)).min(constant(1.0))
+        let (zero, one) = (F::splat(simd, 0.0), F::splat(simd, 1.0));
+        let length = Polar::new(simd, gradient).length;
+        let mut factor = F::splat(simd, self.first);
+        for piece in &self.pieces[..self.count] {
+            let low = F::splat(simd, piece.low);
+            let share = (length - low) * F::splat(simd, piece.scale);
+            factor += share.max(zero).min(one) * F::splat(simd, piece.rise);
+        }
+        factor.max(zero).min(one)
+    }
+}
+
+impl Ramp {
+    fn new([low, from]: [f64; 2], [high, to]: [f64; 2]) -> Self {
+        Self {
+            low: single(low),
+            // A ramp narrower than f32 knows is a step.
+            scale: single((1.0 / (high - low)).min(f64::from(f32::MAX))),
+            rise: single(to - from),
+        }
     }
 }
 

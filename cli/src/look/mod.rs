@@ -76,7 +76,7 @@ pub(crate) fn decide(args: &VolsplatArgs, format: Format, channels: &[Channel]) 
     // Of several channels none decides about light and blending, which they share.
     let is_alone = decided.len() == 1 || channels[0].source == &LookSource::ColourOpacity;
     let suggested = match decided.first() {
-        Some((_, suggested)) if is_alone && suggested_blend.is_none() => *suggested,
+        Some((_, suggested)) if is_alone && suggested_blend.is_none() => suggested.clone(),
         _ => Suggested {
             blend: suggested_blend,
             ..Suggested::default()

@@ -31,7 +31,7 @@ pub(super) fn typed(
         order,
         clip: clip(&args.clip),
         gradient_filter: args.gradient_filter,
-        gradient_opacity: args.gradient_opacity,
+        gradient_opacity: args.gradient_opacity.clone(),
         subpixels: args.subpixels,
         shading: args.shade.unwrap_or(unasked),
         light: args.light.map_or(default.light, Light::Towards),

@@ -8,7 +8,10 @@ use std::path::Path;
 
 use anyhow::Result;
 use volsplat::transfer::{ColourMap, DataKind, DefaultLook, FileLook, Histogram, Preset, plot};
-use volsplat::{Blend, Described, FieldOptions, Order, RenderOptions, Shading, TransferFunction};
+use volsplat::{
+    Blend, Described, FieldOptions, GradientOpacity, Order, RenderOptions, Shading,
+    TransferFunction,
+};
 
 use crate::args::{RayBlend, RenderArgs, TransferArgs, VolsplatArgs};
 use crate::output;
@@ -110,7 +113,7 @@ fn unscaled(args: &TransferArgs, volume: &dyn Described) -> Result<TransferFunct
 }
 
 /// Light and blending that nobody typed.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Suggested {
     /// The light of emission.
     pub shading: Option<Shading>,
@@ -118,6 +121,8 @@ pub(crate) struct Suggested {
     pub blend: Option<Blend>,
     /// Length over which the opacities of a file are meant, world units.
     pub opacity_unit: Option<f64>,
+    /// Opacity by the gradient of a file.
+    pub gradient_opacity: Option<GradientOpacity>,
     /// The kind of data, where the data decided.
     pub kind: Option<DataKind>,
 }
@@ -146,6 +151,7 @@ impl Suggested {
         Self {
             shading: file.shading,
             opacity_unit: file.opacity_unit,
+            gradient_opacity: file.gradient_opacity.clone(),
             ..Self::default()
         }
     }
@@ -154,6 +160,8 @@ impl Suggested {
     pub(super) fn fill(&self, options: RenderOptions, args: &RenderArgs) -> RenderOptions {
         let mut options = options;
         options.opacity_unit = options.opacity_unit.or(self.opacity_unit);
+        let gradient = &mut options.gradient_opacity;
+        *gradient = gradient.take().or_else(|| self.gradient_opacity.clone());
         if let (Order::Field(field), Some(blend)) = (&mut options.order, self.blend)
             && args.blend.blend.is_none()
             && args.blend.iso.is_none()

@@ -130,14 +130,6 @@ pub fn corners(text: &str) -> Result<[[f64; 3]; 2], String> {
     }
 }
 
-/// `LOW,HIGH`, from 0 on, the first below the second.
-pub fn ramp(text: &str) -> Result<[f64; 2], String> {
-    match numbers(text).as_deref() {
-        Some(&[low, high]) if low >= 0.0 && low < high => Ok([low, high]),
-        _ => Err("expected two numbers from 0 on, the first below the second, such as 5,40".into()),
-    }
-}
-
 /// `NX,NY,NZ,D`: a direction and a number.
 pub fn plane(text: &str) -> Result<ClipPlane, String> {
     match numbers(text).as_deref() {

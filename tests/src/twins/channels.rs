@@ -239,16 +239,24 @@ impl Setup<'_> {
         }
     }
 
-    /// The factor of the extinction that follows the gradient.
+    /// The factor of the extinction that follows the gradient: the largest that it may be for a `sign` of 1, the least for -1, and its own for 0.
     fn ramp(&self, channel: &Channel, at: DVec3, sign: f64) -> f64 {
-        let Some([low, high]) = self.options.gradient_opacity else {
+        let Some(curve) = &self.options.gradient_opacity else {
             return 1.0;
         };
         let (least, most) = channel.volume.value_range();
         // Differences between neighbouring gradients are at most twice the range over the spacing.
         let steepest = (most - least) / DVec3::from(channel.volume.spacing()).min_element();
-        let error = sign * 6.0 * POSITION_ERROR * steepest;
-        ((gradient(channel.volume, at).length() + error - low) / (high - low)).clamp(0.0, 1.0)
+        let error = 6.0 * POSITION_ERROR * steepest;
+        let length = gradient(channel.volume, at).length();
+        if sign == 0.0 {
+            return curve.at(length);
+        }
+        let knots = curve.knots.iter().map(|knot| knot[0]);
+        let inside = knots.filter(|knot| (knot - length).abs() <= error);
+        let lengths = inside.chain([length - error, length, length + error]);
+        let factors = lengths.map(|length| sign * curve.at(length));
+        sign * factors.fold(f64::NEG_INFINITY, f64::max)
     }
 }
 

@@ -46,9 +46,8 @@ pub fn lit(
 
 /// The factor of the extinction that follows the gradient.
 pub fn ramp(options: &RenderOptions, gradient: DVec3) -> f64 {
-    options.gradient_opacity.map_or(1.0, |[low, high]| {
-        ((gradient.length() - low) / (high - low)).clamp(0.0, 1.0)
-    })
+    let curve = options.gradient_opacity.as_ref();
+    curve.map_or(1.0, |curve| curve.at(gradient.length()))
 }
 
 /// The gradient, in the world, at a place between voxels: the mean over the voxels around it, which is the voxel's own at a

@@ -7,8 +7,8 @@ use resample_tests::volumes::scenes::{
     coloured, orthographic, perspective, sheared_grid, transfer, volume,
 };
 use volsplat::{
-    Blend, Channel, Clip, ClipPlane, Isosurface, Look, RenderOptions, Renderer, Scene, Shading,
-    TransferFunction, Volume, Voxels,
+    Blend, Channel, Clip, ClipPlane, GradientOpacity, Isosurface, Look, RenderOptions, Renderer,
+    Scene, Shading, TransferFunction, Volume, Voxels,
 };
 
 const DIMS: [usize; 3] = [37, 26, 44];
@@ -96,7 +96,7 @@ fn looks() -> Vec<(&'static str, TransferFunction, RenderOptions)> {
             "by the gradient",
             shows(20.0, 240.0, 0.6),
             RenderOptions {
-                gradient_opacity: Some([2.0, 30.0]),
+                gradient_opacity: Some(GradientOpacity::ramp(2.0, 30.0)),
                 ..plain()
             },
         ),

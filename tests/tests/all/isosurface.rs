@@ -9,8 +9,8 @@ use resample_tests::volumes::scenes::{
     coloured, orthographic, perspective, random_volume, render, sheared_grid, volume,
 };
 use volsplat::{
-    Blend, Clip, ClipPlane, DepthPlane, Isosurface, RenderOptions, Renderer, Shading, Subpixels,
-    Volume,
+    Blend, Clip, ClipPlane, DepthPlane, GradientOpacity, Isosurface, RenderOptions, Renderer,
+    Shading, Subpixels, Volume,
 };
 
 fn white(value: f64) -> Blend {
@@ -267,14 +267,14 @@ fn what_is_no_surface_is_refused() {
         ),
         (
             RenderOptions {
-                gradient_opacity: Some([3.0, 2.0]),
+                gradient_opacity: Some(GradientOpacity::ramp(3.0, 2.0)),
                 ..RenderOptions::default()
             },
-            "ramp",
+            "by the gradient",
         ),
         (
             RenderOptions {
-                gradient_opacity: Some([0.0, 2.0]),
+                gradient_opacity: Some(GradientOpacity::ramp(0.0, 2.0)),
                 ..options(0.5, 1)
             },
             "emission",

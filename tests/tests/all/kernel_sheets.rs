@@ -12,7 +12,8 @@ use resample_tests::volumes::scenes::{
 };
 use volsplat::procedural::blobs;
 use volsplat::{
-    Cells, Classify, Clip, ClipPlane, Interpolate, Light, RenderOptions, Renderer, Shading,
+    Cells, Classify, Clip, ClipPlane, GradientOpacity, Interpolate, Light, RenderOptions, Renderer,
+    Shading,
 };
 
 use held::{CLASSIFY, KERNELS, cameras, hold, options};
@@ -172,7 +173,7 @@ fn lights() -> [RenderOptions; 3] {
         RenderOptions {
             shading: Shading::Phong,
             light: towards,
-            gradient_opacity: Some([0.02, 0.4]),
+            gradient_opacity: Some(GradientOpacity::ramp(0.02, 0.4)),
             ..plain
         },
     ]

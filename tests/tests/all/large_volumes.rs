@@ -9,9 +9,9 @@ use resample_tests::volumes::scenes::{perspective, transfer};
 use std::ops::Range;
 use std::path::Path;
 use volsplat::{
-    Blend, Clip, ClipPlane, DepthPlane, Described, Error, Histogram, Isosurface, LargeVolume,
-    LoadOptions, NanPolicy, RawOptions, RenderOptions, Renderer, Shading, TransferFunction,
-    VoxelType, load,
+    Blend, Clip, ClipPlane, DepthPlane, Described, Error, GradientOpacity, Histogram, Isosurface,
+    LargeVolume, LoadOptions, NanPolicy, RawOptions, RenderOptions, Renderer, Shading,
+    TransferFunction, VoxelType, load,
 };
 
 use scene::{BUDGET, DIMS, Scene, bits, cameras, dense, middle, open, places, scene, value, write};
@@ -140,7 +140,7 @@ fn statistics_of_rays_and_surfaces_agree_too() {
 #[test]
 fn opacity_by_the_gradient_agrees_too() {
     let options = RenderOptions {
-        gradient_opacity: Some([50.0, 400.0]),
+        gradient_opacity: Some(GradientOpacity::ramp(50.0, 400.0)),
         ..RenderOptions::default()
     };
     compare(&scene(), &options, &dense(), 2..4);

@@ -8,8 +8,8 @@ use resample_tests::twins::samples::Scene;
 use resample_tests::twins::sheets::render as reference;
 use resample_tests::volumes::scenes::{perspective, transfer};
 use volsplat::{
-    Blend, FrameStats, Isosurface, RenderOptions, Renderer, Shading, Subpixels, TransferFunction,
-    Volume, Voxels,
+    Blend, FrameStats, GradientOpacity, Isosurface, RenderOptions, Renderer, Shading, Subpixels,
+    TransferFunction, Volume, Voxels,
 };
 
 /// Whole numbers from 0 to 255, as bytes and as f32.
@@ -126,7 +126,7 @@ fn every_rule_counts_its_samples() {
         opacity: 1.0,
     });
     let mixed = RenderOptions {
-        gradient_opacity: Some([0.0, 20.0]),
+        gradient_opacity: Some(GradientOpacity::ramp(0.0, 20.0)),
         ..RenderOptions::default()
     };
     let shell = transfer(

@@ -10,8 +10,8 @@ use resample_tests::volumes::scenes::{
     transfer, volume, worst_difference,
 };
 use volsplat::{
-    Channel, Clip, ClipPlane, LabelLook, LabelTable, Look, RenderOptions, Renderer, Scene, Shading,
-    Subpixels, TransferFunction, Volume,
+    Channel, Clip, ClipPlane, GradientOpacity, LabelLook, LabelTable, Look, RenderOptions,
+    Renderer, Scene, Shading, Subpixels, TransferFunction, Volume,
 };
 
 const DIMS: [usize; 3] = [20, 11, 18];
@@ -231,11 +231,14 @@ fn channels_add_extinctions_and_mix_colours() {
 fn extinction_follows_the_gradient() {
     for grid in [DAffine3::IDENTITY, sheared_grid()] {
         let (field, colours) = (random_volume(DIMS, grid), coloured(0.5));
-        let options = RenderOptions {
-            gradient_opacity: Some([0.1, 0.6]),
-            ..options()
-        };
-        hold("gradient", &Scene::new(&field, &colours), grid, &options);
+        for curve in ["0.1,0.6", "0:0.9,0.1:0.9,0.2:0.4,0.4:0.5,0.6:1"] {
+            let gradient_opacity: GradientOpacity = curve.parse().expect("a curve");
+            let options = RenderOptions {
+                gradient_opacity: Some(gradient_opacity),
+                ..options()
+            };
+            hold(curve, &Scene::new(&field, &colours), grid, &options);
+        }
     }
 }
 
@@ -261,7 +264,7 @@ fn options_that_change_nothing_change_nothing() {
                 "a mask that hides nothing, {shading:?}"
             );
             let ramp = RenderOptions {
-                gradient_opacity: Some([0.0, 1e-30]),
+                gradient_opacity: Some(GradientOpacity::ramp(0.0, 1e-30)),
                 ..plain.clone()
             };
             let difference = worst_difference(&render(&field, &colours, &ramp, camera), &truth);

@@ -11,8 +11,8 @@ use resample_tests::volumes::analytic_fields::AnalyticField;
 use resample_tests::volumes::scenes::render;
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{
-    Blend, Cells, Channel, Classify, Interpolate, Light, Look, RenderOptions, Renderer, Scene,
-    Shading, Subpixels, TransferFunction, Volume, Voxels,
+    Blend, Cells, Channel, Classify, GradientOpacity, Interpolate, Light, Look, RenderOptions,
+    Renderer, Scene, Shading, Subpixels, TransferFunction, Volume, Voxels,
 };
 
 /// Ambient and diffuse share, highlight and its exponent, as the shading's documentation gives them.
@@ -215,7 +215,7 @@ fn light_does_not_depend_on_units() {
             }
             if slope < f64::from(f32::MAX) / 4.0 {
                 // About half of the extinction; differences at faces are others.
-                let gradient_opacity = Some([0.0, 2.0 * slope]);
+                let gradient_opacity = Some(GradientOpacity::ramp(0.0, 2.0 * slope));
                 let faint = render(
                     &volume,
                     &transfer,

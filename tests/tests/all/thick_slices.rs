@@ -5,7 +5,8 @@ use resample_core::Camera;
 use resample_tests::choices::with_field;
 use resample_tests::volumes::scenes::{coloured, orthographic, perspective, render, volume};
 use volsplat::{
-    Blend, GradientFilter, Isosurface, Light, RenderOptions, Shading, Subpixels, Volume,
+    Blend, GradientFilter, GradientOpacity, Isosurface, Light, RenderOptions, Shading, Subpixels,
+    Volume,
 };
 
 /// Ambient and diffuse share, as the shading's documentation gives them.
@@ -200,7 +201,7 @@ fn opacity_by_the_gradient_takes_central_differences() {
     let [smooth, central] = [GradientFilter::Smooth, GradientFilter::Central].map(|filter| {
         let options = RenderOptions {
             shading: Shading::Phong,
-            gradient_opacity: Some([0.01, 0.1]),
+            gradient_opacity: Some(GradientOpacity::ramp(0.01, 0.1)),
             gradient_filter: filter,
             ..RenderOptions::default()
         };

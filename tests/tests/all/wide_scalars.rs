@@ -6,7 +6,8 @@ use resample_core::{Image, KernelShape};
 use resample_tests::choices::{summed, with_field};
 use resample_tests::volumes::scenes::{perspective, random_volume, transfer, worst_difference};
 use volsplat::{
-    Blend, Isosurface, RenderOptions, Renderer, Shading, TransferFunction, Volume, Voxels,
+    Blend, GradientOpacity, Isosurface, RenderOptions, Renderer, Shading, TransferFunction, Volume,
+    Voxels,
 };
 
 /// value -> value * scale + offset.
@@ -57,7 +58,7 @@ impl Units {
                 ..field.clone()
             },
             RenderOptions {
-                gradient_opacity: Some([0.05 * self.scale, 0.4 * self.scale]),
+                gradient_opacity: Some(GradientOpacity::ramp(0.05 * self.scale, 0.4 * self.scale)),
                 ..field.clone()
             },
             with_field(field.clone(), |field| field.blend = Blend::Maximum),

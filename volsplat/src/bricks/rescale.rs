@@ -104,8 +104,8 @@ impl Narrowing {
     /// Options of scalars that are drawn.
     pub(crate) fn options(&self, options: &RenderOptions) -> RenderOptions {
         let mut options = options.clone();
-        if let Some(ramp) = &mut options.gradient_opacity {
-            *ramp = ramp.map(|slope| slope * self.scale);
+        if let Some(curve) = &mut options.gradient_opacity {
+            *curve = curve.scaled(self.scale);
         }
         if let Order::Field(field) = &mut options.order
             && let Blend::Isosurface(surface) = &mut field.blend
@@ -132,7 +132,7 @@ impl Narrowed {
         let differ = narrowings.iter().any(|n| n.scale != narrowings[0].scale);
         if options.gradient_opacity.is_some() && differ {
             return Err(Error::Option(
-                "opacity by the gradient has one ramp for all channels, and their scalars are of sizes that single precision \
+                "opacity by the gradient has one curve for all channels, and their scalars are of sizes that single precision \
                  cannot hold together: rescale one of them"
                     .into(),
             ));

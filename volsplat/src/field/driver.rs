@@ -23,7 +23,7 @@ use crate::field::streamed::{LargeCells, StreamedCells};
 use crate::field::surfaces::Surfaces;
 use crate::grid::{Bounds, in_unit, power_of_two};
 use crate::large::LargeVolume;
-use crate::light::GradientRamp;
+use crate::light::GradientCurve;
 use crate::look::clip::{Clip, GridClip, bounds_in_world};
 use crate::look::options::{
     Blend, FieldOptions, Light, Occlusion, RenderOptions, Shading, Subpixels,
@@ -418,7 +418,8 @@ impl FieldPipeline {
             ramp: self
                 .options
                 .gradient_opacity
-                .map(|ramp| GradientRamp::new(ramp, self.length)),
+                .as_ref()
+                .map(|curve| GradientCurve::new(curve, self.length)),
             surface: self.iso.map(|iso| iso.value),
             clip: &self.clip,
             world_from_index: &self.world_from_index,

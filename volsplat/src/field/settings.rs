@@ -261,7 +261,7 @@ pub(crate) enum Rule {
 impl FieldSettings {
     /// The rule of these settings.
     pub(crate) fn rule(&self) -> Rule {
-        let is_plain = self.is_one_channel() && self.sheets.gradient_ramp.is_none();
+        let is_plain = self.is_one_channel() && self.sheets.gradient_curve.is_none();
         match (self.statistic.is_some(), is_plain, self.is_lit()) {
             (true, ..) => Rule::Statistic,
             (_, false, _) => Rule::Mixed,

@@ -9,8 +9,8 @@ use resample_core::simd::SimdLevel;
 use resample_core::{OpacityMode, SelectMode};
 pub use resample_volume::transfer::Shading;
 
-use crate::Error;
 use crate::look::clip::Clip;
+use crate::{Error, GradientOpacity};
 
 pub use crate::look::sample_options::{
     Cells, Classify, ColourBy, Interpolate, KernelSheets, SampleOptions, SampleOrder,
@@ -43,9 +43,8 @@ pub struct RenderOptions {
     pub occlusion: Option<Occlusion>,
     /// The gradient that light follows.
     pub gradient_filter: GradientFilter,
-    /// Emission: lengths of the gradient, value per world unit, between which a factor of
-    /// the extinction rises from 0 to 1; from 0 on, the first below the second. Labels are not modulated. `None` is off.
-    pub gradient_opacity: Option<[f64; 2]>,
+    /// Emission: a factor of the extinction over the length of the gradient. Labels are not modulated. `None` is off.
+    pub gradient_opacity: Option<GradientOpacity>,
     /// Sub-pixels along a pixel's side at which samples or sheets are composited before they are averaged.
     pub subpixels: Subpixels,
     /// How the opacity of a voxel becomes the opacity of a pixel.
@@ -176,7 +175,7 @@ impl RenderOptions {
 
     /// The filter of the gradients that are drawn: lengths for opacity by the gradient are those of central differences.
     pub(crate) fn used_gradient_filter(&self) -> GradientFilter {
-        match self.gradient_opacity {
+        match &self.gradient_opacity {
             Some(_) => GradientFilter::Central,
             None => self.gradient_filter,
         }
@@ -426,14 +425,12 @@ impl RenderOptions {
                 "the light comes from {direction}, expected a direction"
             ));
         }
-        match self.gradient_opacity {
-            Some([low, high]) if !(low >= 0.0 && low < high && high.is_finite()) => wrong(format!(
-                "the ramp over the gradient is {low} to {high}, expected finite numbers from 0 on, rising"
-            )),
+        match &self.gradient_opacity {
             Some(_) if blend != Blend::Emission => {
                 wrong("opacity by the gradient goes with emission only: leave out the other blend")
             }
-            _ => Ok(()),
+            Some(curve) => curve.validate(),
+            None => Ok(()),
         }
     }
 }

@@ -24,7 +24,7 @@ use resample_core::{Camera, FootprintMode, GridView, Kernel, SelectMode};
 use crate::Error;
 use crate::bricks::cull::{ViewVolume, visible_bricks};
 use crate::grid::{in_unit, power_of_two};
-use crate::light::{GradientRamp, ShadeSettings};
+use crate::light::{GradientCurve, ShadeSettings};
 use crate::look::clip::{Clip, Cut};
 use crate::look::options::{
     Cells, DepthPlane, RenderOptions, SampleOptions, SampleOrder, Subpixels,
@@ -100,7 +100,8 @@ impl EverySample {
                 ShadeSettings::new(&self.options, camera),
                 self.options
                     .gradient_opacity
-                    .map(|ramp| GradientRamp::new(ramp, self.length)),
+                    .as_ref()
+                    .map(|curve| GradientCurve::new(curve, self.length)),
                 camera,
                 &maps.view,
                 self.options.simd.resolve(),

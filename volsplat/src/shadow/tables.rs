@@ -7,7 +7,7 @@ use resample_core::simd::Vectors;
 
 use crate::bricks::cells::{ByteTable, CellBrick, CellField, FaceBytes, FromDifferences, faces_of};
 use crate::grid::in_unit;
-use crate::light::{FULL_LIGHT, Gains, GradientRamp};
+use crate::light::{FULL_LIGHT, Gains, GradientCurve};
 use crate::look::clip::GridClip;
 use crate::look::options::Shadow;
 use crate::shadow::brightness::{Falls, Lit};
@@ -74,7 +74,7 @@ pub(crate) struct LightTables {
 pub(crate) struct Caster<'a> {
     pub(crate) field: &'a CellField,
     pub(crate) channels: &'a [ChannelSettings],
-    pub(crate) ramp: Option<GradientRamp>,
+    pub(crate) ramp: Option<GradientCurve>,
     /// The scalar of the surface that is drawn in place of matter.
     pub(crate) surface: Option<f32>,
     pub(crate) clip: &'a GridClip,

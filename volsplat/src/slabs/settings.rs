@@ -11,7 +11,7 @@ use resample_core::simd::Vectors;
 use resample_core::{Camera, GridView, OpacityMode};
 
 use crate::Error;
-use crate::light::{GradientRamp, ShadeSettings};
+use crate::light::{GradientCurve, ShadeSettings};
 use crate::look::options::{Blend, DepthPlane, RenderOptions};
 use crate::look::palette::Palette;
 use crate::look::scene::{Channel, Look, Scene};
@@ -88,7 +88,7 @@ pub(crate) struct SheetSettings {
     /// Planes that are open at a time: a power of two, and at least what one kernel may span.
     pub(crate) ring_len: usize,
     /// Where extinction follows the gradient: how.
-    pub(crate) gradient_ramp: Option<GradientRamp>,
+    pub(crate) gradient_curve: Option<GradientCurve>,
     /// World length over which the transfer function's opacity is meant.
     pub(crate) unit_in_world: f64,
     pub(crate) opacity: OpacityMode,
@@ -119,9 +119,10 @@ impl SheetSettings {
         Self {
             level: options.simd.resolve(),
             table: table.clone(),
-            gradient_ramp: options
+            gradient_curve: options
                 .gradient_opacity
-                .map(|ramp| GradientRamp::new(ramp, slabs.length)),
+                .as_ref()
+                .map(|curve| GradientCurve::new(curve, slabs.length)),
             ring_len: Self::ring_len(&reach, slabs.thickness),
             reach,
             thickness: slabs.thickness,
@@ -140,7 +141,7 @@ impl SheetSettings {
 
     /// Returns true if the picture depends on the gradient.
     pub(crate) fn needs_gradients(&self) -> bool {
-        self.shade.is_some() || self.gradient_ramp.is_some()
+        self.shade.is_some() || self.gradient_curve.is_some()
     }
 
     /// The slab, fractional, whose plane lies at a camera z.

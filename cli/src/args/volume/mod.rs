@@ -14,8 +14,8 @@ use resample_core::simd::SimdLevel;
 use resample_io::{Gate, Outside};
 use volsplat::transfer::{ColourEncoding, ColourMap, Preset};
 use volsplat::{
-    Cells, ClipPlane, Endian, FieldOptions, GradientFilter, KernelSheets, Layer, RenderOptions,
-    SampleOptions, Shading, Subpixels, VoxelType,
+    Cells, ClipPlane, Endian, FieldOptions, GradientFilter, GradientOpacity, KernelSheets, Layer,
+    RenderOptions, SampleOptions, Shading, Subpixels, VoxelType,
 };
 
 pub use crate::args::volume::channels::{ChannelArgs, ComponentLook, LookWords, VolumeLook};
@@ -251,9 +251,10 @@ pub struct RenderArgs {
     /// tenth of the visible part's diagonal]
     #[arg(long, value_name = "RADIUS", num_args = 0..=1, require_equals = true, value_parser = values::positive)]
     pub occlusion: Option<Option<f64>>,
-    /// Multiply the extinction by a ramp over the length of the gradient: 0 at LOW, 1 at HIGH, value per world unit
-    #[arg(long, value_name = "LOW,HIGH", value_parser = values::ramp)]
-    pub gradient_opacity: Option<[f64; 2]>,
+    /// Multiply the extinction by a factor over the length of the gradient, value per world unit: 0 at LOW and 1 at HIGH, or a curve such as
+    /// 0:0.1,10:0.1,40:1
+    #[arg(long, value_name = "LOW,HIGH|G:FACTOR,...")]
+    pub gradient_opacity: Option<GradientOpacity>,
     /// The part of the volume that is drawn.
     #[command(flatten)]
     pub clip: ClipArgs,

@@ -124,7 +124,7 @@ impl OpenVolume {
 
     /// The light and blending that go with the look, where none were typed.
     pub(crate) fn suggested(&self) -> Suggested {
-        self.content.look.suggested
+        self.content.look.suggested.clone()
     }
 
     /// The bounding box of the visible voxels, or of all voxels if no voxel is visible: its least and its greatest corner.

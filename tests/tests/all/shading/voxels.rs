@@ -5,7 +5,9 @@ use resample_core::SelectMode;
 use resample_tests::choices::{classified_orders, with_samples};
 use resample_tests::volumes::scenes::render;
 use volsplat::transfer::{ColourKnot, OpacityKnot};
-use volsplat::{Cells, Clip, Light, RenderOptions, Shading, TransferFunction, Volume, Voxels};
+use volsplat::{
+    Cells, Clip, GradientOpacity, Light, RenderOptions, Shading, TransferFunction, Volume, Voxels,
+};
 
 use super::{AMBIENT, COLOUR, DIFFUSE, POWER, SPECULAR, camera, options, sheared};
 
@@ -85,7 +87,7 @@ fn a_classified_voxel_is_lit_where_it_stands() {
                 },
                 &camera,
             );
-            let ramp = Some([0.0, 2.0 * gradient.length()]);
+            let ramp = Some(GradientOpacity::ramp(0.0, 2.0 * gradient.length()));
             let faint = render(
                 &alone,
                 &transfer,

@@ -131,7 +131,7 @@ fn add_channel<S: Simd>(
 /// Multiplies extinctions by the ramp over the length of the gradient, where the options have one.
 #[inline(always)]
 fn follow_gradient<S: Simd>(simd: S, job: &TileContext, samples: &mut PackedSamples) {
-    let Some(ramp) = job.settings.sheets.gradient_ramp else {
+    let Some(ramp) = job.settings.sheets.gradient_curve else {
         return;
     };
     for first in (0..samples.shown.count).step_by(LANES) {

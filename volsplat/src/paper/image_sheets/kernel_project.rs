@@ -189,7 +189,7 @@ impl<'a> KernelProjection<'a> {
             light: match kernel.classify {
                 Classify::Pre => SampleLight::new(
                     settings.shade,
-                    settings.gradient_ramp,
+                    settings.gradient_curve,
                     frame.camera,
                     view,
                     settings.level,

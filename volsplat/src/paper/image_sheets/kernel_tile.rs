@@ -512,7 +512,7 @@ fn lit<S: Simd>(
     let one = f32x8::splat(simd, 1.0);
     let left = tile
         .settings
-        .gradient_ramp
+        .gradient_curve
         .map_or(one, |ramp| ramp.factor(simd, gradient));
     let depth = depth * left;
     let (body, added) = match &tile.settings.shade {

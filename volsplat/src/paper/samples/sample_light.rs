@@ -20,7 +20,7 @@ use resample_core::{Camera, GridView, Projection, dispatch};
 use resample_volume::volume::{Grid, Volume, with_voxels};
 
 use crate::grid::{gradient_from_differences, place};
-use crate::light::{GradientRamp, ShadeSettings, gradient_in_f32};
+use crate::light::{GradientCurve, ShadeSettings, gradient_in_f32};
 use crate::paper::samples::sample::{Brick, Samples};
 
 const LANES: usize = 8;
@@ -151,7 +151,7 @@ pub(crate) struct SampleLight {
     level: Vectors,
     shade: Option<ShadeSettings>,
     /// Where extinction follows the gradient: how.
-    ramp: Option<GradientRamp>,
+    ramp: Option<GradientCurve>,
     projection: Projection,
     camera_from_grid: DAffine3,
     world_from_camera: DMat3,
@@ -161,7 +161,7 @@ impl SampleLight {
     /// `None` where nothing is lit and no extinction follows the gradient. `view` is that of the samples' lattice.
     pub(crate) fn new(
         shade: Option<ShadeSettings>,
-        ramp: Option<GradientRamp>,
+        ramp: Option<GradientCurve>,
         camera: &Camera,
         view: &GridView,
         level: Vectors,

@@ -8,6 +8,7 @@ mod channel;
 #[cfg(feature = "input")]
 mod files;
 mod shading;
+mod gradient;
 pub mod plot;
 
 pub use crate::volume::histogram::Histogram;
@@ -19,4 +20,5 @@ pub use files::FileLook;
 pub use function::{
     ColourEncoding, ColourKnot, OpacityKnot, TransferFunction, classified, strength_of,
 };
+pub use gradient::GradientOpacity;
 pub use shading::Shading;

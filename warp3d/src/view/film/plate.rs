@@ -227,7 +227,7 @@ fn carried(
     }
 }
 
-/// The least inverse depth within a pixel of each; infinite where none is known.
+/// The least inverse depth within a pixel of each; infinite where nothing is known.
 fn least_around(samples: &[Sample], width: usize) -> Vec<f32> {
     let known = |sample: &Sample| match sample.nearness.is_nan() {
         true => f32::INFINITY,

@@ -7,8 +7,7 @@
 
 use resample_core::image::linear_from_srgb;
 
-use crate::transfer::Shading;
-use crate::transfer::{ColourEncoding, ColourKnot, OpacityKnot};
+use crate::transfer::{ColourEncoding, ColourKnot, GradientOpacity, OpacityKnot, Shading};
 
 /// The content of a file.
 #[derive(Debug, Default)]
@@ -21,8 +20,21 @@ pub(crate) struct Knots {
     pub(crate) shading: Option<Shading>,
     /// Length over which its opacities are meant, world units, where the file says.
     pub(crate) opacity_unit: Option<f64>,
+    /// Opacity by the gradient, where the file changes it: lengths are value per mean spacing of voxels.
+    pub(crate) gradient: Option<GradientOpacity>,
     /// Ignored parts of the file, one sentence each.
     pub(crate) notes: Vec<String>,
+}
+
+impl Knots {
+    /// From the least to the greatest value of the file's knots.
+    pub(crate) fn span(&self) -> f64 {
+        let colours = self.colours.iter().flatten().map(|knot| knot.value);
+        let opacities = self.opacities.iter().flatten().map(|knot| knot.value);
+        let values: Vec<f64> = colours.chain(opacities).collect();
+        let least = values.iter().copied().fold(f64::INFINITY, f64::min);
+        values.into_iter().fold(f64::NEG_INFINITY, f64::max) - least
+    }
 }
 
 /// A colour in linear light.

@@ -21,9 +21,9 @@ use serde_json::Value;
 
 use super::automatic::opacities;
 use crate::Error;
-use crate::transfer::Shading;
 use crate::transfer::files::curve::Knots;
 use crate::transfer::{ColourEncoding, ColourMap, OpacityKnot, TransferFunction};
+use crate::transfer::{GradientOpacity, Shading};
 
 /// A transfer function of a file, and what the file says beside it.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +34,8 @@ pub struct FileLook {
     pub shading: Option<Shading>,
     /// Length over which its opacities are meant, world units, where the file says.
     pub opacity_unit: Option<f64>,
+    /// Opacity by the gradient, where the file changes it.
+    pub gradient_opacity: Option<GradientOpacity>,
     /// Ignored parts of the file, one sentence each, for people.
     pub notes: Vec<String>,
 }
@@ -60,7 +62,8 @@ impl FileLook {
             .opacities
             .take()
             .unwrap_or_else(|| opacities(&volume.histogram()));
-        Ok(Self::of(TransferFunction::new(colours, opacities)?, knots))
+        let function = TransferFunction::new(colours, opacities)?;
+        Ok(Self::of(function, knots, volume, 1.0))
     }
 
     /// As [`FileLook::load`], with the file's knots moved to span the volume's values, as
@@ -74,6 +77,7 @@ impl FileLook {
     ) -> Result<Self, Error> {
         let mut knots = read(path, encoding)?;
         let (low, high) = volume.value_range();
+        let stretch = (high - low) / knots.span();
         let function = match (knots.colours.take(), knots.opacities.take()) {
             (Some(colours), Some(opacities)) => {
                 TransferFunction::new(colours, opacities)?.rescaled(low, high)
@@ -97,11 +101,18 @@ impl FileLook {
                 TransferFunction::new(colours, opacities)?.rescaled(low, high)
             }
         };
-        Ok(Self::of(function, knots))
+        Ok(Self::of(function, knots, volume, stretch))
     }
 
-    fn of(function: TransferFunction, knots: Knots) -> Self {
+    /// The look of a file whose values were made `stretch` times as large.
+    fn of(function: TransferFunction, knots: Knots, volume: &dyn Described, stretch: f64) -> Self {
+        let spacings = volume.lattice().spacing();
+        let per_unit = 3.0 * stretch / spacings.iter().sum::<f64>();
+        // A stretch of a single value says nothing.
+        let is_known = per_unit > 0.0 && per_unit.is_finite();
+        let gradient = knots.gradient.filter(|_| is_known);
         Self {
+            gradient_opacity: gradient.map(|curve| curve.scaled(per_unit)),
             function,
             shading: knots.shading,
             opacity_unit: knots.opacity_unit,

@@ -4,21 +4,19 @@
 //! interpolation, shade, diffuse, ambient, specular, specular power, then lists with their count in front: scalar opacity
 //! (value, opacity), gradient opacity (gradient, opacity), colours (value, r, g, b). The JSON names the same.
 //! Source: the developer guide of Slicer's module Volume Rendering, and its JSON schema.
-//! Limits: the first component; the strengths of light are this program's own; gradient opacity and isosurfaces are left
-//! aside with a note (`--gradient-opacity` and `--iso` do that); colours are straight between their points.
+//! Lengths of the gradient are value per mean spacing of the voxels, as VTK's mappers take them.
+//! Limits: the first component; the strengths of light are this program's own; isosurfaces are left aside with a note (`--iso` does that); colours
+//! are straight between their points, and so is gradient opacity, of at most 16 of them.
 
 use serde_json::Value;
 
-use crate::transfer::Shading;
 use crate::transfer::files::curve;
 use crate::transfer::files::curve::{Knots, Node, decoded};
 use crate::transfer::{ColourEncoding, ColourKnot, OpacityKnot};
+use crate::transfer::{GradientOpacity, Shading};
 
 /// Lines of a `.vp` file.
 const LINES: usize = 9;
-
-/// The note where opacity depends on the gradient.
-const GRADIENT_NOTE: &str = "its gradient opacity is left aside: --gradient-opacity LOW,HIGH lets opacity rise with the gradient";
 
 /// The knots of a `.vp` file; an error names the line.
 pub(crate) fn parse_text(text: &str, encoding: ColourEncoding) -> Result<Knots, String> {
@@ -45,6 +43,7 @@ pub(crate) fn parse_text(text: &str, encoding: ColourEncoding) -> Result<Knots, 
             rgb: decoded([r, g, b], encoding),
         });
     let gradient = list::<2>(gradient, "gradient opacity")?;
+    let (gradient, notes) = gradient_opacity(gradient);
     Ok(Knots {
         colours: Some(colours.collect()),
         opacities: Some(opacities.collect()),
@@ -53,7 +52,8 @@ pub(crate) fn parse_text(text: &str, encoding: ColourEncoding) -> Result<Knots, 
             single(specular, "specular")?,
         )),
         opacity_unit: None,
-        notes: gradient_note(gradient.iter().map(|[_, opacity]| *opacity)),
+        gradient,
+        notes,
     })
 }
 
@@ -85,7 +85,8 @@ pub(crate) fn parse_document(document: &Value, encoding: ColourEncoding) -> Resu
         encoding,
     )?;
     let gradient = opacity_nodes("gradientOpacity", points("gradientOpacity")?)?;
-    let mut notes = gradient_note(gradient.iter().map(|node| node.opacity));
+    let points = gradient.iter().map(|node| [node.value, node.opacity]);
+    let (gradient, mut notes) = gradient_opacity(points.collect());
     if components > 1 {
         notes.push(format!("the first of its {components} components is used"));
     }
@@ -119,6 +120,7 @@ pub(crate) fn parse_document(document: &Value, encoding: ColourEncoding) -> Resu
         opacities: (!opacities.is_empty()).then(|| curve::knots(&opacities)),
         shading: is_shaded.map(|on| shading(f64::from(u8::from(on)), specular.unwrap_or(1.0))),
         opacity_unit: unit,
+        gradient,
         notes,
     })
 }
@@ -132,13 +134,21 @@ fn shading(shade: f64, specular: f64) -> Shading {
     }
 }
 
-/// A note where opacity is not the same for every gradient.
-fn gradient_note(opacities: impl Iterator<Item = f64>) -> Vec<String> {
-    let is_constant = { opacities }.all(|opacity| opacity == 1.0);
-    if is_constant {
-        Vec::new()
-    } else {
-        vec![GRADIENT_NOTE.to_owned()]
+/// Opacity by the gradient, where it is not 1 everywhere; a note where it has more points than a curve here.
+fn gradient_opacity(mut points: Vec<[f64; 2]>) -> (Option<GradientOpacity>, Vec<String>) {
+    if points.iter().all(|&[_, opacity]| opacity == 1.0) {
+        return (None, Vec::new());
+    }
+    if let [[length, opacity]] = points[..] {
+        points.push([length + 1.0, opacity]);
+    }
+    let curve = GradientOpacity { knots: points };
+    match curve.validate() {
+        Ok(()) => (Some(curve), Vec::new()),
+        Err(error) => (
+            None,
+            vec![format!("its gradient opacity is left aside: {error}")],
+        ),
     }
 }
 
@@ -294,12 +304,30 @@ mod tests {
     }
 
     #[test]
-    fn a_gradient_that_counts_is_a_note() {
-        let knots = parse_text(
-            &TEXT.replace("4 0 1 255 1", "4 0 0 255 1"),
-            ColourEncoding::Linear,
+    fn opacity_by_the_gradient_is_a_curve() {
+        let of = |gradient: &str| {
+            let text = TEXT.replace("4 0 1 255 1", gradient);
+            let knots = parse_text(&text, ColourEncoding::Linear).expect("good");
+            (knots.gradient, knots.notes)
+        };
+        let (curve, notes) = of("6 0 0 10 0.5 255 1");
+        let knots = vec![[0.0, 0.0], [10.0, 0.5], [255.0, 1.0]];
+        assert_eq!(
+            (curve, notes),
+            (Some(GradientOpacity { knots }), Vec::new())
         );
-        assert!(knots.expect("good").notes[0].contains("--gradient-opacity"));
+        // One point is the same everywhere, and 1 everywhere is none.
+        let (half, _) = of("2 3 0.5");
+        assert_eq!(
+            half.map(|curve| [curve.at(0.0), curve.at(9.0)]),
+            Some([0.5; 2])
+        );
+        assert_eq!(of("2 3 1"), (None, Vec::new()));
+        let (none, notes) = of("4 -5 0 255 1");
+        assert!(
+            none.is_none() && notes[0].contains("left aside"),
+            "{notes:?}"
+        );
     }
 
     #[test]
