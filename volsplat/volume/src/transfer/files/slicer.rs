@@ -4,7 +4,7 @@
 //! interpolation, shade, diffuse, ambient, specular, specular power, then lists with their count in front: scalar opacity
 //! (value, opacity), gradient opacity (gradient, opacity), colours (value, r, g, b). The JSON names the same.
 //! Source: the developer guide of Slicer's module Volume Rendering, and its JSON schema.
-//! Lengths of the gradient are value per mean spacing of the voxels, as VTK's mappers take them.
+//! Lengths of the gradient are value per mean spacing of the voxels, as VTK's ray caster was measured to take them (version 9, on grids of four spacings).
 //! Limits: the first component; the strengths of light are this program's own; isosurfaces are left aside with a note (`--iso` does that); colours
 //! are straight between their points, and so is gradient opacity, of at most 16 of them.
 
@@ -259,7 +259,11 @@ fn short(word: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use glam::DAffine3;
+
     use super::*;
+    use crate::transfer::FileLook;
+    use crate::{Volume, Voxels};
 
     const TEXT: &str =
         "1\n1\n0.9\n0.1\n0.2\n10\n6 0 0 100 0.25 200 1\n4 0 1 255 1\n8 0 0 0 0 200 1 0.5 0\n";
@@ -327,6 +331,29 @@ mod tests {
         assert!(
             none.is_none() && notes[0].contains("left aside"),
             "{notes:?}"
+        );
+    }
+
+    #[test]
+    fn gradients_of_a_file_are_counted_in_mean_spacings() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let path = folder.path().join("skins.vp");
+        let text = TEXT.replace("4 0 1 255 1", "4 4 0 8 1");
+        std::fs::write(&path, text).expect("write");
+        let grid = DAffine3::from_scale([1.0, 1.0, 4.0].into());
+        let voxels = Voxels::U8((0..100).collect());
+        let volume = Volume::new([10, 10, 1], voxels, grid).expect("valid");
+        let curve = |look: FileLook| look.gradient_opacity.expect("a curve").knots;
+        let look = FileLook::load(&path, ColourEncoding::Linear, &volume).expect("valid");
+        assert_eq!(curve(look), [[2.0, 0.0], [4.0, 1.0]]);
+        // Values from 0 to 200 become 0 to 99, and gradients as much less.
+        let moved = FileLook::load_rescaled(&path, ColourEncoding::Linear, &volume).expect("valid");
+        let [[low, _], [high, _]] = curve(moved)[..] else {
+            panic!("two knots");
+        };
+        assert!(
+            (low - 0.99).abs() < 1e-12 && (high - 1.98).abs() < 1e-12,
+            "{low}, {high}"
         );
     }
 
