@@ -67,6 +67,8 @@ pub(crate) fn kinds(name: &str) -> PyResult<Vec<(String, &'static str, Vec<Strin
             "optional"
         } else if ["WxH", "CxR"].contains(&value_name(arg)) {
             "size"
+        } else if value_name(arg).contains(':') {
+            "curve"
         } else if value_name(arg).contains(',') {
             "list"
         } else {
@@ -168,10 +170,14 @@ fn words(arg: &Arg, value: &Bound<'_, PyAny>) -> Result<Option<Vec<OsString>>, S
             _ => Err("expected a value, not True or False".to_owned()),
         };
     }
-    // A size is 800x600, all other lists have commas.
-    let is_size = ["WxH", "CxR"].contains(&value_name(arg));
+    // A size is 800x600, all other lists have commas; pairs in lists have colons.
+    let joints = match value_name(arg) {
+        "WxH" | "CxR" => ["x"; 2],
+        name if name.contains(':') => [",", ":"],
+        _ => [","; 2],
+    };
     let mut word = OsString::from(format!("{dashed}="));
-    word.push(one(value, if is_size { "x" } else { "," })?);
+    word.push(one(value, joints)?);
     // One word, so that a value cannot be taken for another option.
     Ok(Some(vec![word]))
 }
@@ -215,10 +221,10 @@ fn grouped(
         match self::items(&group) {
             Some(values) if most > 1 => {
                 for value in values {
-                    words.push(one(&value, ",")?);
+                    words.push(one(&value, [","; 2])?);
                 }
             }
-            _ => words.push(one(&group, ",")?),
+            _ => words.push(one(&group, [","; 2])?),
         }
     }
     Ok(words)
@@ -244,8 +250,8 @@ fn items_of_list<'py>(value: &Bound<'py, PyAny>) -> Option<Vec<Bound<'py, PyAny>
     Some(list.iter().collect())
 }
 
-/// One value as it is typed.
-fn one(value: &Bound<'_, PyAny>, joint: &str) -> Result<OsString, String> {
+/// One value as it is typed: lists with the first joint, lists in lists with the second.
+fn one(value: &Bound<'_, PyAny>, [joint, inner]: [&str; 2]) -> Result<OsString, String> {
     if let Ok(text) = value.cast::<PyString>() {
         return text.extract::<String>().map(Into::into).map_err(said);
     }
@@ -258,7 +264,7 @@ fn one(value: &Bound<'_, PyAny>, joint: &str) -> Result<OsString, String> {
         }
         let words: Vec<String> = values
             .iter()
-            .map(|value| one(value, joint).map(|word| word.to_string_lossy().into_owned()))
+            .map(|value| one(value, [inner; 2]).map(|word| word.to_string_lossy().into_owned()))
             .collect::<Result<_, _>>()?;
         return Ok(words.join(joint).into());
     }

@@ -44,6 +44,13 @@ def test_volume(blob, resample, tmp_path, options):
     assert same(tmp_path / "p.png", tmp_path / "c.png")
 
 
+def test_a_curve_is_a_list_of_pairs_or_a_word(blob):
+    pairs = fr.volsplat(blob, gradient_opacity=[(0, 0.1), (0.2, 1)], size=(60, 40))
+    word = fr.volsplat(blob, gradient_opacity="0:0.1,0.2:1", size=(60, 40))
+    ramp = fr.volsplat(blob, gradient_opacity=(0, 0.2), size=(60, 40))
+    assert np.array_equal(pairs, word) and not np.array_equal(pairs, ramp)
+
+
 def test_volume_file_and_array_agree(blob, tmp_path):
     np.save(tmp_path / "a.npy", blob)
     of_file = fr.Volume(tmp_path / "a.npy").render(size=(60, 40))

@@ -27,6 +27,9 @@ Value = Union[str, int, float, "os.PathLike[str]", dict[str, Any], list[Any], tu
 #: Numbers with commas between them.
 Numbers = Union[str, float, Sequence[float]]
 
+#: Two numbers, or pairs of numbers.
+Curve = Union[str, Sequence[float], Sequence[Sequence[float]]]
+
 #: Width and height, or columns and rows.
 Size = Union[str, tuple[int, int], Sequence[int]]
 '''
@@ -39,6 +42,7 @@ def typed(kind: str, choices: list[str]) -> str:
         "flag": "bool",
         "value": words,
         "optional": f"Union[bool, {words}]",
+        "curve": "Curve",
         "list": "Numbers",
         "size": "Size",
         "several": "Any",

@@ -12,6 +12,9 @@ Value = Union[str, int, float, "os.PathLike[str]", dict[str, Any], list[Any], tu
 #: Numbers with commas between them.
 Numbers = Union[str, float, Sequence[float]]
 
+#: Two numbers, or pairs of numbers.
+Curve = Union[str, Sequence[float], Sequence[Sequence[float]]]
+
 #: Width and height, or columns and rows.
 Size = Union[str, tuple[int, int], Sequence[int]]
 
@@ -121,8 +124,8 @@ class VolumeOptions(FramedOptions, total=False):
     light_size: Value
     #: The volume hides light of the sky from itself: depth reads. Matter farther away than RADIUS does not count, world units [default: a tenth of the visible part's diagonal]
     occlusion: Union[bool, Value]
-    #: Multiply the extinction by a ramp over the length of the gradient: 0 at LOW, 1 at HIGH, value per world unit
-    gradient_opacity: Numbers
+    #: Multiply the extinction by a factor over the length of the gradient, value per world unit: 0 at LOW and 1 at HIGH, or a curve such as 0:0.1,10:0.1,40:1
+    gradient_opacity: Curve
     #: Draw only the inside of a box along the world's axes, from the first corner to the second
     crop: Numbers
     #: Draw only a box of voxels, from the first to the last, both included
@@ -353,7 +356,7 @@ class DepthOptions(SharedOptions, total=False):
     #: Pictures per second of an animation or of --path [default: 25, or the film's]
     fps: Value
     #: How samples become pixels
-    method: Literal["nearest", "points", "splats", "hybrid"]
+    method: Literal["nearest", "points", "splats", "rows", "hybrid"]
     #: How the method nearest keeps hidden samples out [default: zbuffer]
     visibility: Literal["zbuffer", "occlusion-order"]
     #: Filling of holes
