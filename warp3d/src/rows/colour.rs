@@ -18,6 +18,9 @@ pub(super) struct Row<'a> {
 /// Sigma of the pixel's Gaussian, px.
 const SIGMA_PX: f32 = 0.5;
 
+/// Least sigma of a filter of columns, columns: half a column off, a weight is a hundredth then.
+const LEAST_SIGMA: f32 = 1.0 / 6.0;
+
 /// Half the width of a pixel's window, px: three sigma.
 const WINDOW: f32 = 1.5;
 
@@ -44,7 +47,9 @@ impl Filters {
             1 => vec![1.0],
             columns => {
                 let left = variance * (1.0 - 1.0 / (step.samples * step.samples));
-                let weights = gaussian(3 * columns, left.max(1e-6));
+                // The two columns beside the centre count, however little is left.
+                let least = (LEAST_SIGMA / columns as f32).powi(2);
+                let weights = gaussian(3 * columns, left.max(least));
                 let sum: f32 = weights.iter().sum();
                 weights.iter().map(|w| w / sum).collect()
             }

@@ -164,9 +164,10 @@ impl Placing {
         let [scale, offset] = self.y;
         let middle = (y as f64 + 0.5 - offset) / scale - 0.5;
         let rows_of_pixel = 1.0 / scale;
-        // The variance of both Gaussians, rows^2.
-        let variance = 0.25 * (rows_of_pixel * rows_of_pixel - 1.0);
-        let is_larger = variance > LEAST_VARIANCE;
+        // The variance of both Gaussians, rows^2; the rows beside a place between two count, however little is left.
+        let left = 0.25 * (rows_of_pixel * rows_of_pixel - 1.0);
+        let is_larger = left > LEAST_LEFT;
+        let variance = left.max(LEAST_VARIANCE);
         let reach = if is_larger {
             (3.0 * variance.sqrt()).max(1.0)
         } else {
@@ -192,8 +193,11 @@ impl Placing {
     }
 }
 
-/// Least variance for which rows are filtered, rows^2: less is rounding.
-const LEAST_VARIANCE: f64 = 1e-6;
+/// Least variance that is left for which rows are filtered, rows^2: less is rounding.
+const LEAST_LEFT: f64 = 1e-6;
+
+/// Least variance of a filter of rows, rows^2: half a row off, a weight is a hundredth then.
+const LEAST_VARIANCE: f64 = 1.0 / 36.0;
 
 /// Least weight of a row: less is below half a step of 12 bits.
 const LEAST_WEIGHT: f32 = 1e-4;

@@ -54,7 +54,7 @@ struct End {
 impl Step {
     /// Screen x in px: per reference px, at 0, and per unit of disparity.
     pub(super) fn new([scale, offset, disparity]: [f64; 3]) -> Self {
-        let columns = ((1.0 / scale).ceil() as usize).clamp(1, MOST_COLUMNS);
+        let columns = ((1.0 / scale - ROUNDING).ceil() as usize).clamp(1, MOST_COLUMNS);
         let of_column = if columns == 1 {
             SUBPIXELS
         } else {
@@ -79,6 +79,9 @@ impl Step {
         self.columns * self.of_column
     }
 }
+
+/// Samples by which a pixel may be larger than one without a second column: rounding of the lens.
+const ROUNDING: f64 = 1e-6;
 
 /// Most columns of a pixel: pictures made smaller than to a sixteenth alias.
 const MOST_COLUMNS: usize = 16;
