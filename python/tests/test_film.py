@@ -30,7 +30,7 @@ def test_the_pictures_of_the_command_line(resample, tmp_path):
         Image.fromarray(depth).save(tmp_path / f"z_{number}.png")
     resample(
         "warp3d", tmp_path / "c_%d.png", tmp_path / "z_%d.png", "--from", "fov:35", "--depth-kind", "relative", "--relative-range", "60,201",
-        "--fill", "film", "--tolerance", "0.03", "--stereo", "0.06", "-o", tmp_path / "out_%d.png",
+        "--fill", "film", "--tolerance", "0.03", "--stereo", "0.06", "--method", "rows", "-o", tmp_path / "out_%d.png",
     )  # fmt: skip
     frames, depths = zip(*film(5))
     drawn = list(fr.warp_film(frames, depths, stereo=0.06, relative_range=(60, 201)))
