@@ -253,6 +253,7 @@ fn extreme_depths_and_sizes_leave_numbers() {
             let depth = |i: usize| if i.is_multiple_of(3) { odd } else { 2.0 };
             let colour = |i: usize| match i % 5 {
                 0 => [f32::NAN, f32::INFINITY, -1.0],
+                1 => [1e30, 3e35, 0.0],
                 _ => [0.2, 0.4, 0.8],
             };
             let reference = Reference {

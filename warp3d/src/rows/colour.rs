@@ -39,8 +39,10 @@ impl Filters {
         let fine = step.of_pixel();
         let gaussian = |count: usize, variance: f32| -> Vec<f32> {
             let offset = |i: usize| ((i as f32 + 0.5) / count as f32 - 0.5) * 2.0 * WINDOW;
-            let weights = (0..count).map(|i| (-0.5 * offset(i).powi(2) / variance).exp());
-            weights.collect()
+            let weight = |i: usize| (-0.5 * offset(i).powi(2) / variance).exp();
+            // Weights of a sum of 1 keep sums of the largest numbers finite.
+            let sum: f32 = (0..count).map(weight).sum();
+            (0..count).map(|i| weight(i) / sum).collect()
         };
         let variance = SIGMA_PX * SIGMA_PX;
         let columns = match step.columns {
@@ -49,9 +51,7 @@ impl Filters {
                 let left = variance * (1.0 - 1.0 / (step.samples * step.samples));
                 // The two columns beside the centre count, however little is left.
                 let least = (LEAST_SIGMA / columns as f32).powi(2);
-                let weights = gaussian(3 * columns, left.max(least));
-                let sum: f32 = weights.iter().sum();
-                weights.iter().map(|w| w / sum).collect()
+                gaussian(3 * columns, left.max(least))
             }
         };
         Self {

@@ -132,45 +132,56 @@ fn take_apart(
     let mut given = colours[0];
     for right in 1..disparity.len() {
         let left = right - 1;
-        let (left_given, right_given) = (given, colours[right]);
-        given = right_given;
+        let beside = [given, colours[right]];
+        given = colours[right];
         if surfaces[left] == surfaces[right] {
             continue;
         }
-        let mut behind = [0.0; 2];
-        behind[usize::from(!(disparity[left] < disparity[right]))] = BEHIND;
-        let mut reach = [0.5; 2];
-        if !disparity[left].is_nan() && !disparity[right].is_nan() {
-            // The next samples inside; one that is alone counts as pure.
-            let is_inside = |at: usize, of: usize| surfaces.get(at) == Some(&surfaces[of]);
-            let pure = [
-                if is_inside(left.wrapping_sub(1), left) {
-                    colours[left - 1]
-                } else {
-                    left_given
-                },
-                if is_inside(right + 1, right) {
-                    colours[right + 1]
-                } else {
-                    right_given
-                },
-            ];
-            let across = difference(pure[1], pure[0]);
-            let contrast2 = dot(across, across);
-            if contrast2 >= LEAST_CONTRAST2 {
-                let share = |colour: [f32; 4], pure: [f32; 4], sign: f32| {
-                    (sign * dot(difference(colour, pure), across) / contrast2)
-                        .clamp(0.0, LARGEST_SHARE)
-                };
-                let of_right = share(left_given, pure[0], 1.0);
-                let of_left = share(right_given, pure[1], -1.0);
-                reach = [0.5 - of_right + of_left, 0.5 + of_right - of_left];
-                colours[left] = without(colours[left], across, of_right);
-                colours[right] = without(colours[right], across, -of_left);
-            }
+        let mut place = 0.5;
+        let is_known = !disparity[left].is_nan() && !disparity[right].is_nan();
+        // The next samples inside; one that is alone counts as pure.
+        let inside = |at: usize, of: usize| match surfaces.get(at) == Some(&surfaces[of]) {
+            true => colours[at],
+            false => beside[of - left],
+        };
+        let pure = [inside(left.wrapping_sub(1), left), inside(right + 1, right)];
+        if let Some(mixed) = Mixed::of(beside, pure).filter(|_| is_known) {
+            let [of_right, of_left] = mixed.shares;
+            place = 0.5 - of_right + of_left;
+            colours[left] = without(colours[left], mixed.across, of_right);
+            colours[right] = without(colours[right], mixed.across, -of_left);
         }
-        reaches[left][1] = reach[0] + behind[0];
-        reaches[right][0] = reach[1] + behind[1];
+        (reaches[left][1], reaches[right][0]) = (place, 1.0 - place);
+        // The farther one goes on; beside what is unknown that is the right one.
+        match disparity[left] < disparity[right] {
+            true => reaches[left][1] += BEHIND,
+            false => reaches[right][0] += BEHIND,
+        }
+    }
+}
+
+/// The samples on either side of an edge as mixtures of two surfaces.
+struct Mixed {
+    /// The step from the colour of the left surface to that of the right one.
+    across: [f32; 4],
+    /// The share of the right surface in the left sample, and of the left one in the right sample.
+    shares: [f32; 2],
+}
+
+impl Mixed {
+    /// Of the colours of both samples and of both surfaces; `None` where these are alike.
+    fn of([left, right]: [[f32; 4]; 2], pure: [[f32; 4]; 2]) -> Option<Self> {
+        let across = difference(pure[1], pure[0]);
+        let contrast2 = dot(across, across);
+        let share = |off: f32| (off / contrast2).clamp(0.0, LARGEST_SHARE);
+        let is_told = contrast2 >= LEAST_CONTRAST2 && contrast2.is_finite();
+        is_told.then(|| Self {
+            across,
+            shares: [
+                share(dot(difference(left, pure[0]), across)),
+                share(dot(difference(pure[1], right), across)),
+            ],
+        })
     }
 }
 
