@@ -89,8 +89,8 @@ impl Taken {
             // Nearness, piece, rim and slot, and a finer lattice at a fifth of the pixels: sixteen places of eight bytes, and
             // as much as half of it again for the surfaces that they see.
             Method::Hybrid { .. } => (PREPARED, PREPARING, SEGMENTS + ON_SCREEN, 16 + 40),
-            // Colour and depth as they were given, coefficients and reaches.
-            Method::Rows { .. } => (2 * F32 + RGBA + 2 * F32, F32 + 1, 0, 0),
+            // Depth as it was given, disparity, coefficients, two reaches and the number of a surface beside the colour.
+            Method::Rows { .. } => (2 * F32 + RGBA + 3 * F32, F32 + 1, 0, 0),
             Method::Points { .. } | Method::Splats { .. } => {
                 (PREPARED, PREPARING, SEGMENTS + 104, 16)
             }
