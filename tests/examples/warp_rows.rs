@@ -1,13 +1,15 @@
 //! Error and time of a stereo pair's second view: drawn row by row, by the hybrid, and by the simple warper, as a table.
 //!
-//! `cargo run --release -p resample-tests --example warp_rows [-- FOLDER]`. Times are the least of five frames of one thread, with what is
-//! prepared for a picture. With FOLDER, pictures are written there. Pairs whose data is absent are left out.
+//! `cargo run --release -p resample-tests --example warp_rows [-- FOLDER]`. A time is the least of five runs on
+//! one thread, and includes the preparation of the picture. With FOLDER, pictures are written there. Pairs whose data is absent are left out.
 
+use std::path::Path;
 use std::time::Instant;
 
 use glam::DVec3;
 use resample_core::Image;
-use resample_core::image::srgb_from_linear;
+use resample_io::write::png::Depth;
+use resample_io::write::{Format, write_picture};
 use resample_tests::warps::films::{FilmScene, Network};
 use resample_tests::warps::filtered::{filtered_scene, forward_backward};
 use resample_tests::warps::measure::measure;
@@ -64,10 +66,9 @@ fn main() {
                 ("rows", &rows.0),
                 ("truth", &scene.truth.image),
             ] {
-                write_png(
-                    image,
-                    &format!("{folder}/{}-{depth}-{name}.png", scene.name).replace(' ', "_"),
-                );
+                let name = format!("{folder}/{}-{depth}-{name}.png", scene.name);
+                let format = Format::Png(Depth::Eight);
+                write_picture(Path::new(&name), format, image).expect("a writable folder");
             }
         }
     }
@@ -124,20 +125,4 @@ fn cases() -> Vec<(WarpScene, Vec<(&'static str, Reference)>)> {
         .chain(films)
         .chain(real)
         .collect()
-}
-
-fn write_png(image: &Image, path: &str) {
-    let file = std::fs::File::create(path).expect("a writable folder");
-    let mut encoder = png::Encoder::new(file, image.width as u32, image.height as u32);
-    encoder.set_color(png::ColorType::Rgb);
-    let colour = |v: f32| (255.0 * srgb_from_linear(v.clamp(0.0, 1.0)) + 0.5) as u8;
-    let bytes: Vec<u8> = image
-        .rgba
-        .iter()
-        .flat_map(|p| [p[0], p[1], p[2]].map(colour))
-        .collect();
-    encoder
-        .write_header()
-        .and_then(|mut w| w.write_image_data(&bytes))
-        .expect("a written picture");
 }

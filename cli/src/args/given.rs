@@ -105,7 +105,7 @@ pub(super) fn defaults<T: Args + FromArgMatches>() -> T {
     T::from_arg_matches(&matches).expect("a group of optional options")
 }
 
-/// Defaults of groups: what they are where nothing is typed.
+/// Gives groups of options the default that clap gives them when nothing is typed.
 macro_rules! defaults_untyped {
     ($($group:ty),+) => {$(
         impl Default for $group {

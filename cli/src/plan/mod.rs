@@ -103,16 +103,15 @@ pub(crate) struct Run<'a> {
     pub log: RunLog<'a>,
 }
 
-/// Refuses a stereo photograph of a picture that is no pair of whole views.
-pub(crate) fn check_views(format: Format, output: &Path, is_pair: bool) -> Result<()> {
-    let is_stereo = matches!(format, Format::Jpeg(views) if views != Views::One);
-    if is_pair || !is_stereo {
-        return Ok(());
+/// Refuses a stereo photograph as the file of a picture that is no pair of whole views.
+pub(crate) fn refuse_stereo(format: Format, output: &Path) -> Result<()> {
+    if matches!(format, Format::Jpeg(Views::Two | Views::Crossed)) {
+        bail!(
+            "{}: a stereo photograph holds the two whole views of a depth image: give --stereo BASELINE, with --layout side-by-side or none",
+            output.display()
+        )
     }
-    bail!(
-        "{}: a stereo photograph holds the two whole views of a depth image: give --stereo BASELINE, with --layout side-by-side or none",
-        output.display()
-    )
+    Ok(())
 }
 
 impl Plan {
@@ -133,7 +132,7 @@ impl Plan {
             cameras,
             ..Self::without_cameras(request, pictures)?
         };
-        check_views(plan.finish.format, request.output, false)?;
+        refuse_stereo(plan.finish.format, request.output)?;
         Ok(plan)
     }
 

@@ -12,7 +12,7 @@ use fearless_simd::{f32x4, f32x8, f64x8, i32x8, mask32x4};
 use fearless_simd_macros::simd;
 use glam::DVec2;
 
-use super::resolver::{Resolver, Row};
+use super::resolver::Resolver;
 use crate::project::narrow;
 use crate::project::prepared::Prepared;
 use crate::resolve::colour::{
@@ -21,6 +21,7 @@ use crate::resolve::colour::{
 };
 use crate::surfaces::patch::Patch;
 use crate::surfaces::surface::{ANTI, KINDS, NO_PATCH, Surfaces, cell_of, is_triangle};
+use crate::view::layer::Row;
 
 /// Pixels that are traced at once.
 const LANES: usize = 8;

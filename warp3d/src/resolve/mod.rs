@@ -22,11 +22,11 @@ use crate::project::prepared::Prepared;
 use crate::resolve::colour::as_taken;
 use crate::stats::FrameStats;
 use crate::surfaces::patch::{Hit, Patch, PlaneMap};
-use crate::view::layer::{Layer, Mix, Purpose, before_infinity};
+use crate::view::layer::{Layer, Mix, Purpose, Row, before_infinity};
 use crate::view::warp::Warp;
 use inside::{RUN, Run};
 use parts::{Part, Parts};
-use resolver::{Resolver, Row};
+use resolver::Resolver;
 
 /// Two sides of an edge that have moved against each other by less than this, reference px, are partly shown as the
 /// reference shows them. A guess: half the sigma of its pixels.

@@ -9,51 +9,8 @@ use crate::hybrid::{How, Hybrid};
 use crate::project::prepared::Prepared;
 use crate::resolve::colour::Lookup;
 use crate::surfaces::patch::Patch;
-use crate::view::layer::{Layer, Mix, Purpose};
+use crate::view::layer::{Layer, Purpose};
 use crate::view::warp::Warp;
-
-/// A row of the picture.
-pub(super) struct Row<'a> {
-    pub(super) rgba: &'a mut [[f32; 4]],
-    pub(super) depth: &'a mut [f32],
-    pub(super) resolution: &'a mut [f32],
-    /// Empty where nobody asks for it.
-    pub(super) mixes: &'a mut [Mix],
-}
-
-impl Row<'_> {
-    /// Nothing is seen.
-    pub(super) fn clear(&mut self) {
-        self.rgba.fill([0.0; 4]);
-        self.depth.fill(f32::INFINITY);
-        self.resolution.fill(0.0);
-        self.mixes.fill(Mix::ONE);
-    }
-
-    /// Returns true if mixes are asked for.
-    #[inline(always)]
-    pub(super) fn asks_for_mixes(&self) -> bool {
-        !self.mixes.is_empty()
-    }
-
-    /// Weights resolution by coverage.
-    #[inline(always)]
-    pub(super) fn weigh(&mut self) {
-        for (resolution, pixel) in self.resolution.iter_mut().zip(self.rgba.iter()) {
-            *resolution *= pixel[3];
-        }
-    }
-
-    /// Number of pixels in which something is seen.
-    #[inline(always)]
-    pub(super) fn seen(&self) -> u64 {
-        let mut count = 0;
-        for pixel in self.rgba.iter() {
-            count += u64::from(pixel[3] > 0.0);
-        }
-        count
-    }
-}
 
 /// Resolves one picture.
 pub(crate) struct Resolver<'a> {

@@ -3,20 +3,15 @@
 
 use std::ops::Range;
 
-use super::edges::Samples;
-use super::scan::{NOTHING, Scan, Step};
-use crate::view::layer::Mix;
+use resample_core::point::PIXEL_SIGMA_PX;
 
-/// A row of a layer that is drawn.
-pub(super) struct Row<'a> {
-    pub(super) rgba: &'a mut [[f32; 4]],
-    pub(super) depth: &'a mut [f32],
-    pub(super) resolution: &'a mut [f32],
-    pub(super) mixes: &'a mut [Mix],
-}
+use super::edges::Samples;
+use super::scan::{Division, NOTHING, Scan};
+use crate::resolve::colour::Axis;
+use crate::view::layer::{Mix, Row};
 
 /// Sigma of the pixel's Gaussian, px.
-const SIGMA_PX: f32 = 0.5;
+const SIGMA_PX: f32 = PIXEL_SIGMA_PX as f32;
 
 /// Least sigma of a filter of columns, columns: half a column off, a weight is a hundredth then.
 const LEAST_SIGMA: f32 = 1.0 / 6.0;
@@ -29,14 +24,15 @@ const WINDOW: f32 = 1.5;
 pub(super) struct Filters {
     /// The weights of the sub-pixels around a pixel's centre.
     subpixels: Vec<f32>,
-    /// The weights of the columns around it, for what the reference's own Gaussian leaves; one where pixels are not larger than samples.
+    /// The weights of the columns around the pixel. The samples are filtered already, so these are narrower; a single weight of 1 where pixels
+    /// are not larger than samples.
     columns: Vec<f32>,
 }
 
 impl Filters {
     /// The filters of rows that are divided so.
-    pub(super) fn new(step: &Step) -> Self {
-        let fine = step.of_pixel();
+    pub(super) fn new(division: &Division) -> Self {
+        let fine = division.of_pixel();
         let gaussian = |count: usize, variance: f32| -> Vec<f32> {
             let offset = |i: usize| ((i as f32 + 0.5) / count as f32 - 0.5) * 2.0 * WINDOW;
             let weight = |i: usize| (-0.5 * offset(i).powi(2) / variance).exp();
@@ -45,11 +41,11 @@ impl Filters {
             (0..count).map(|i| weight(i) / sum).collect()
         };
         let variance = SIGMA_PX * SIGMA_PX;
-        let columns = match step.columns {
+        let columns = match division.columns {
             1 => vec![1.0],
             columns => {
-                let left = variance * (1.0 - 1.0 / (step.samples * step.samples));
-                // The two columns beside the centre count, however little is left.
+                let left = variance * (1.0 - 1.0 / (division.samples * division.samples));
+                // Not narrower than this: else the two columns beside the centre would have no weight.
                 let least = (LEAST_SIGMA / columns as f32).powi(2);
                 gaussian(3 * columns, left.max(least))
             }
@@ -83,82 +79,73 @@ struct Part {
 struct Shown<'a> {
     scan: &'a Scan,
     samples: &'a Samples<'a>,
-    step: &'a Step,
+    division: &'a Division,
     filters: &'a Filters,
 }
 
-impl Row<'_> {
-    /// Nothing is seen.
-    pub(super) fn clear(&mut self) {
-        self.rgba.fill([0.0; 4]);
-        self.depth.fill(f32::INFINITY);
-        self.resolution.fill(0.0);
-        self.mixes.fill(Mix::ONE);
-    }
-
-    /// Adds what `scan` sees, `weight` times; gives the number of pixels in which surfaces blend. Depth is that of the last row.
-    pub(super) fn add(
-        &mut self,
-        scan: &mut Scan,
-        samples: &Samples<'_>,
-        (step, filters): (&Step, &Filters),
-        weight: f32,
-    ) -> u64 {
-        scan.look_up_columns(samples, step);
-        let shown = Shown {
-            scan,
-            samples,
-            step,
-            filters,
+/// Adds what `scan` sees to a row, `weight` times; gives the number of pixels in which surfaces blend. Depth is that of the last row.
+pub(super) fn draw(
+    to: &mut Row<'_>,
+    scan: &mut Scan,
+    samples: &Samples<'_>,
+    (division, filters): (&Division, &Filters),
+    weight: f32,
+) -> u64 {
+    scan.look_up_columns(samples, division);
+    let shown = Shown {
+        scan,
+        samples,
+        division,
+        filters,
+    };
+    let mut edge_pixels = 0;
+    for x in 0..to.rgba.len() {
+        let window = shown.window(x);
+        let is_edge = scan.edges[window.start] != scan.edges[window.end - 1];
+        edge_pixels += u64::from(is_edge);
+        let seen = match is_edge {
+            true => shown.at_edge(x, window),
+            false => shown.inside(x),
         };
-        let mut edge_pixels = 0;
-        for x in 0..self.rgba.len() {
-            let window = shown.window(x);
-            let is_edge = scan.edges[window.start] != scan.edges[window.end - 1];
-            edge_pixels += u64::from(is_edge);
-            let seen = match is_edge {
-                true => shown.at_edge(x, window),
-                false => shown.inside(x),
-            };
-            let Some(pixel) = seen else { continue };
-            add(&mut self.rgba[x], weight, pixel.rgba);
-            (self.depth[x], self.resolution[x]) = (pixel.depth, pixel.resolution);
-            self.mixes[x] = pixel.mix;
-        }
-        edge_pixels
+        let Some(pixel) = seen else { continue };
+        add(&mut to.rgba[x], weight, pixel.rgba);
+        (to.depth[x], to.resolution[x]) = (pixel.depth, pixel.resolution);
+        to.mixes[x] = pixel.mix;
     }
+    edge_pixels
+}
 
-    /// Keeps colours in their range: a spline swings beyond it beside edges of the picture.
-    pub(super) fn finish(&mut self) {
-        for rgba in self.rgba.iter_mut() {
-            *rgba = rgba.map(|v| v.max(0.0));
-            rgba[3] = rgba[3].min(1.0);
-        }
+/// Keeps the colours of a row in their range: a spline swings beyond it beside edges of the picture.
+pub(super) fn keep_in_range(row: &mut Row<'_>) {
+    for rgba in row.rgba.iter_mut() {
+        *rgba = rgba.map(|v| v.max(0.0));
+        rgba[3] = rgba[3].min(1.0);
     }
 }
 
 impl Shown<'_> {
     /// The sub-pixels within a pixel's Gaussian.
     fn window(&self, x: usize) -> Range<usize> {
-        let of_pixel = self.step.of_pixel();
-        (x * of_pixel).saturating_sub(of_pixel)..((x + 2) * of_pixel).min(self.scan.at.len())
+        let of_pixel = self.division.of_pixel();
+        (x * of_pixel).saturating_sub(of_pixel)
+            ..((x + 2) * of_pixel).min(self.scan.pos_in_row.len())
     }
 
     /// A pixel whose window sees one surface, or nothing.
     #[inline(always)]
     fn inside(&self, x: usize) -> Option<Pixel> {
-        let (scan, of_pixel) = (self.scan, self.step.of_pixel());
+        let (scan, of_pixel) = (self.scan, self.division.of_pixel());
         // The sub-pixels on either side of its centre.
         let behind = x * of_pixel + of_pixel / 2;
         let before = behind - 1;
         if scan.surface[behind] == NOTHING {
             return None;
         }
-        let [r, g, b, _] = match self.step.columns {
+        let [r, g, b, _] = match self.division.columns {
             1 => scan.columns[x],
             _ => self.filtered(x),
         };
-        let samples = (scan.at[behind] - scan.at[before]) * of_pixel as f32;
+        let samples = (scan.pos_in_row[behind] - scan.pos_in_row[before]) * of_pixel as f32;
         Some(Pixel {
             rgba: [r, g, b, 1.0],
             depth: 2.0 / (scan.nearness[before] + scan.nearness[behind]),
@@ -170,7 +157,7 @@ impl Shown<'_> {
     /// The columns around a pixel, filtered; those of the border beyond it.
     #[inline(always)]
     fn filtered(&self, x: usize) -> [f32; 4] {
-        let (columns, of_pixel) = (&self.scan.columns, self.step.columns);
+        let (columns, of_pixel) = (&self.scan.columns, self.division.columns);
         let last = columns.len() - 1;
         let mut sum = [0.0; 4];
         for (i, &weight) in self.filters.columns.iter().enumerate() {
@@ -180,11 +167,11 @@ impl Shown<'_> {
         sum
     }
 
-    /// A pixel beside an edge: each surface in its window weighs what the pixel's Gaussian gives it, and is looked up at its centre of gravity.
+    /// A pixel beside an edge: each surface in its window weighs what the pixel's Gaussian gives it, and is looked up at the mean of its places.
     fn at_edge(&self, x: usize, window: Range<usize>) -> Option<Pixel> {
         let scan = self.scan;
         // A window that begins with the picture has lost its first pixel.
-        let lost = if x == 0 { self.step.of_pixel() } else { 0 };
+        let lost = if x == 0 { self.division.of_pixel() } else { 0 };
         let weights = &self.filters.subpixels[lost..];
         let (mut sum, mut inside) = ([0.0; 4], 0.0);
         let (mut main, mut front) = (Part::default(), 0.0f32);
@@ -196,7 +183,7 @@ impl Shown<'_> {
                 let weight = weights[at - window.start];
                 part.weight += weight;
                 part.nearness += weight * scan.nearness[at];
-                part.place += weight * scan.at[at];
+                part.place += weight * scan.pos_in_row[at];
                 at += 1;
             }
             inside += part.weight;
@@ -229,15 +216,15 @@ impl Shown<'_> {
 
 impl Scan {
     /// Looks up the colour in the middle of each column that sees one surface.
-    fn look_up_columns(&mut self, samples: &Samples<'_>, step: &Step) {
-        let columns = self.at.len() / step.of_column;
+    fn look_up_columns(&mut self, samples: &Samples<'_>, division: &Division) {
+        let columns = self.pos_in_row.len() / division.of_column;
         self.columns.clear();
         self.columns.resize(columns, [0.0; 4]);
         for (column, colour) in self.columns.iter_mut().enumerate() {
-            let behind = column * step.of_column + step.of_column / 2;
+            let behind = column * division.of_column + division.of_column / 2;
             let surface = self.surface[behind];
             if surface != NOTHING && surface == self.surface[behind - 1] {
-                let middle = 0.5 * (self.at[behind - 1] + self.at[behind]);
+                let middle = 0.5 * (self.pos_in_row[behind - 1] + self.pos_in_row[behind]);
                 *colour = spline(samples, middle, surface);
             }
         }
@@ -281,13 +268,7 @@ fn spline(samples: &Samples<'_>, at: f32, surface: u32) -> [f32; 4] {
     } else {
         before
     };
-    let u = 1.0 - t;
-    let weights = [
-        u * u * u / 6.0,
-        2.0 / 3.0 - 0.5 * t * t * (2.0 - t),
-        2.0 / 3.0 - 0.5 * u * u * (2.0 - u),
-        t * t * t / 6.0,
-    ];
+    let weights = Axis::new(t).value;
     let taps = [previous, before, next, after].map(|i| samples.coefficients[i]);
     std::array::from_fn(|c| {
         weights[0] * taps[0][c]

@@ -19,12 +19,12 @@ use resample_core::{Camera, Projection};
 use crate::options::SurfaceTolerance;
 use crate::stats::FrameStats;
 use crate::surfaces::sharpen_edges::Edges;
-use crate::view::layer::{Layer, Mix};
+use crate::view::layer::{Layer, Mix, Row};
 use crate::view::warp::Warp;
 use crate::{Error, Reference};
 use colour::Filters;
 use edges::RowEdges;
-use scan::{Scan, Step};
+use scan::{Division, Scan};
 
 /// A reference made ready to be drawn row by row.
 #[derive(Clone, Debug)]
@@ -73,8 +73,8 @@ impl Prepared {
             )
         })?;
         let clock = StageClock::start();
-        let step = Step::new(placing.x);
-        let filters = Filters::new(&step);
+        let division = Division::new(placing.x);
+        let filters = Filters::new(&division);
         let width = target.width as usize;
         let mut layer = to.reused(width * target.height as usize);
         layer.mixes.resize(width * target.height as usize, Mix::ONE);
@@ -85,13 +85,13 @@ impl Prepared {
         let edge_pixels = rows.map_init(
             Scan::default,
             |scan, (y, ((rgba, depth), (resolution, mixes)))| {
-                let row = colour::Row {
+                let row = Row {
                     rgba,
                     depth,
                     resolution,
                     mixes,
                 };
-                self.row(y, (&placing, &step, &filters), scan, row)
+                self.row(y, (&placing, &division, &filters), scan, row)
             },
         );
         stats.edge_pixels += edge_pixels.sum::<u64>();
@@ -104,19 +104,19 @@ impl Prepared {
     fn row(
         &self,
         y: usize,
-        (placing, step, filters): (&Placing, &Step, &Filters),
+        (placing, division, filters): (&Placing, &Division, &Filters),
         scan: &mut Scan,
-        mut to: colour::Row<'_>,
+        mut to: Row<'_>,
     ) -> u64 {
         to.clear();
         let mut edge_pixels = 0;
         for (row, weight) in placing.rows_of(y, self.reference.camera.height as usize) {
             let samples = self.edges.row(row);
-            scan.lay(&samples, step, placing.largest, to.rgba.len());
-            let blended = to.add(scan, &samples, (step, filters), weight);
+            scan.lay(&samples, division, placing.largest, to.rgba.len());
+            let blended = colour::draw(&mut to, scan, &samples, (division, filters), weight);
             edge_pixels = blended.max(edge_pixels);
         }
-        to.finish();
+        colour::keep_in_range(&mut to);
         edge_pixels
     }
 
@@ -132,23 +132,19 @@ impl Prepared {
         let disparity = warp.disparity_column();
         let [width, height] = [reference.width, reference.height].map(f64::from);
         let largest = f64::from(self.edges.largest);
-        // What a column of the warp adds at most to a coordinate: `0` for x, `1` for y, `2` for their divisor.
-        let most = |coordinate: usize, [by_x, by_y, by_disparity]: [bool; 3]| {
-            let terms = [
-                (by_x, x[coordinate] * width),
-                (by_y, y[coordinate] * height),
-                (by_disparity, disparity[coordinate] * largest),
-            ];
-            let terms = terms.into_iter().filter(|(counts, _)| *counts);
-            terms.map(|(_, term)| term.abs()).fold(0.0, f64::max)
-        };
         let size = f64::from(target.width.max(target.height));
-        let departure = (most(0, [false, true, false]))
-            .max(most(1, [true, false, true]))
-            .max(most(2, [true; 3]) * size);
         let divisor = one.z;
-        let is_upright = divisor > 0.0 && x.x > 0.0 && y.y > 0.0;
-        let is_along_rows = is_upright && departure <= LARGEST_DEPARTURE_PX * divisor;
+        // Each is 0 for a camera along the rows, times the divisor.
+        let departures_px = [
+            y.x * height,
+            x.y * width,
+            disparity.y * largest,
+            x.z * width * size,
+            y.z * height * size,
+            disparity.z * largest * size,
+        ];
+        let is_along_rows = (divisor > 0.0 && x.x > 0.0 && y.y > 0.0)
+            && (departures_px.iter()).all(|px| px.abs() <= LARGEST_DEPARTURE_PX * divisor);
         is_along_rows.then(|| Placing {
             x: [x.x, one.x, disparity.x].map(|v| v / divisor),
             y: [y.y, one.y].map(|v| v / divisor),
@@ -164,7 +160,7 @@ impl Placing {
         let [scale, offset] = self.y;
         let middle = (y as f64 + 0.5 - offset) / scale - 0.5;
         let rows_of_pixel = 1.0 / scale;
-        // The variance of both Gaussians, rows^2; the rows beside a place between two count, however little is left.
+        // The variance of both Gaussians, rows^2; not narrower than the least: else the rows beside the middle would have no weight.
         let left = 0.25 * (rows_of_pixel * rows_of_pixel - 1.0);
         let is_larger = left > LEAST_LEFT;
         let variance = left.max(LEAST_VARIANCE);

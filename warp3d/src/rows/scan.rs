@@ -12,7 +12,7 @@ pub(super) const NOTHING: u32 = u32::MAX;
 
 /// Where the samples of a row lie on the screen, and how finely it is divided.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Step {
+pub(super) struct Division {
     /// Sub-pixel x: per sample, at the first sample, and per unit of disparity.
     place: [f64; 3],
     /// Samples of a pixel.
@@ -28,8 +28,8 @@ pub(super) struct Step {
 pub(super) struct Scan {
     /// Disparity of the nearest piece; below 0 where nothing is seen.
     pub(super) nearness: Vec<f32>,
-    /// Place on the row, samples from the first one's centre.
-    pub(super) at: Vec<f32>,
+    /// The place on the reference's row, samples from the first one's centre.
+    pub(super) pos_in_row: Vec<f32>,
     /// The number of the surface, [`NOTHING`] for none.
     pub(super) surface: Vec<u32>,
     /// The number of edges up to each sub-pixel, and between it and the one before.
@@ -51,7 +51,7 @@ struct End {
     nearness: f32,
 }
 
-impl Step {
+impl Division {
     /// Screen x in px: per reference px, at 0, and per unit of disparity.
     pub(super) fn new([scale, offset, disparity]: [f64; 3]) -> Self {
         let columns = ((1.0 / scale - ROUNDING).ceil() as usize).clamp(1, MOST_COLUMNS);
@@ -88,14 +88,20 @@ const MOST_COLUMNS: usize = 16;
 
 impl Scan {
     /// Lays a row of samples, none of them nearer than disparity `largest`, on a row of `width` pixels.
-    pub(super) fn lay(&mut self, samples: &Samples<'_>, step: &Step, largest: f32, width: usize) {
-        let fine = width * step.of_pixel();
+    pub(super) fn lay(
+        &mut self,
+        samples: &Samples<'_>,
+        division: &Division,
+        largest: f32,
+        width: usize,
+    ) {
+        let fine = width * division.of_pixel();
         self.nearness.clear();
         self.nearness.resize(fine, -1.0);
-        self.at.resize(fine, 0.0);
+        self.pos_in_row.resize(fine, 0.0);
         self.surface.clear();
         self.surface.resize(fine, NOTHING);
-        let [scale, offset, per_disparity] = step.place;
+        let [scale, offset, per_disparity] = division.place;
         self.x.clear();
         let x = |(i, &d): (usize, &f32)| {
             (scale * i as f64 + (offset + per_disparity * f64::from(d))) as f32
@@ -137,8 +143,8 @@ impl Scan {
     fn count_edges(&mut self) {
         self.edges.clear();
         let mut count = 0;
-        let mut before = (self.surface[0], self.at[0]);
-        let subpixels = self.surface.iter().zip(&self.at);
+        let mut before = (self.surface[0], self.pos_in_row[0]);
+        let subpixels = self.surface.iter().zip(&self.pos_in_row);
         self.edges.extend(subpixels.map(|(&surface, &at)| {
             // Where nothing is seen the place is that of an earlier row.
             let is_far = surface != NOTHING && (at - before.1).abs() > FAR;
@@ -157,7 +163,7 @@ impl Scan {
             let whole = cell(x - 0.5);
             whole + usize::from((whole as f32) < x - 0.5)
         };
-        let (first, end) = (behind(from.x), behind(to.x).min(self.at.len()));
+        let (first, end) = (behind(from.x), behind(to.x).min(self.pos_in_row.len()));
         if first >= end {
             return;
         }
@@ -172,7 +178,7 @@ impl Scan {
             let nearness = from.nearness + slope * along;
             if nearness > self.nearness[s] {
                 self.nearness[s] = nearness;
-                self.at[s] = from.at + at_slope * along;
+                self.pos_in_row[s] = from.at + at_slope * along;
                 self.surface[s] = surface;
             }
         }

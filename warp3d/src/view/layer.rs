@@ -86,6 +86,49 @@ impl Layer {
     }
 }
 
+/// A row of a layer that is drawn.
+pub(crate) struct Row<'a> {
+    pub(crate) rgba: &'a mut [[f32; 4]],
+    pub(crate) depth: &'a mut [f32],
+    pub(crate) resolution: &'a mut [f32],
+    /// Empty where nobody asks for it.
+    pub(crate) mixes: &'a mut [Mix],
+}
+
+impl Row<'_> {
+    /// Nothing is seen.
+    pub(crate) fn clear(&mut self) {
+        self.rgba.fill([0.0; 4]);
+        self.depth.fill(f32::INFINITY);
+        self.resolution.fill(0.0);
+        self.mixes.fill(Mix::ONE);
+    }
+
+    /// Returns true if mixes are asked for.
+    #[inline(always)]
+    pub(crate) fn asks_for_mixes(&self) -> bool {
+        !self.mixes.is_empty()
+    }
+
+    /// Weights resolution by coverage.
+    #[inline(always)]
+    pub(crate) fn weigh(&mut self) {
+        for (resolution, pixel) in self.resolution.iter_mut().zip(self.rgba.iter()) {
+            *resolution *= pixel[3];
+        }
+    }
+
+    /// Number of pixels in which something is seen.
+    #[inline(always)]
+    pub(crate) fn seen(&self) -> u64 {
+        let mut count = 0;
+        for pixel in self.rgba.iter() {
+            count += u64::from(pixel[3] > 0.0);
+        }
+        count
+    }
+}
+
 // Bands of target rows: what one task owns.
 //
 // The cut does not look at the number of threads, so the same bytes come out on any number of them.

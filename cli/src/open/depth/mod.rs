@@ -28,7 +28,7 @@ use crate::open::setting::Setting;
 use crate::output;
 use crate::picture::Drawn;
 use crate::picture::bands::Window;
-use crate::plan::{Change, Pictures, Plan, Purpose, Request, Run, RunLog, check_views};
+use crate::plan::{Change, Pictures, Plan, Purpose, Request, Run, RunLog, refuse_stereo};
 use crate::process::report;
 use crate::process::report::{Notes, RunStats, Verbosity};
 use texmap::background::Background;
@@ -385,7 +385,7 @@ fn request<'a>(args: &'a Warp3dArgs, shared: &'a Shared) -> Request<'a> {
 fn check_words(args: &Warp3dArgs) -> Result<()> {
     check_layout(args)?;
     for path in [&args.filled, &args.confidence].into_iter().flatten() {
-        check_views(output::format_of(path, None)?, path, false)?;
+        refuse_stereo(output::format_of(path, None)?, path)?;
     }
     if args.filled.is_some() && args.filled == args.confidence {
         bail!("--filled and --confidence have the same name: choose another one");
@@ -401,8 +401,8 @@ fn check_words(args: &Warp3dArgs) -> Result<()> {
         .layout
         .is_none_or(|layout| layout == LayoutWord::SideBySide);
     let is_pair = views.stereo.is_some() && views.anaglyph.is_none() && is_whole;
-    if let Ok(format) = output::format_of(&args.output, None) {
-        check_views(format, &args.output, is_pair)?;
+    if let (false, Ok(format)) = (is_pair, output::format_of(&args.output, None)) {
+        refuse_stereo(format, &args.output)?;
     }
     let is_single = views.stereo.is_none()
         && views.quilt.is_none()

@@ -22,7 +22,7 @@ struct Surface {
     reach: [f64; 2],
 }
 
-/// What a sub-pixel sees.
+/// The nearest surface at a sub-pixel.
 #[derive(Clone, Copy)]
 struct Seen {
     surface: usize,
@@ -100,7 +100,7 @@ fn row(
         (None, None) => false,
         _ => true,
     };
-    // What a pixel's own Gaussian leaves to be filtered, px.
+    // The samples are filtered by their own Gaussian: the variance that a larger pixel adds, px^2.
     let variance = 0.25 * (1.0 - scale * scale);
     let column = |column: usize| {
         let behind = column * of_column + of_column / 2;
@@ -212,7 +212,7 @@ fn surfaces(depth: &[f32], colour: &[[f32; 3]]) -> Vec<Surface> {
     for &right in &cuts {
         let left = right - 1;
         if nearness[left].is_nan() || nearness[right].is_nan() {
-            // Beside what is unknown a surface ends half way, and goes on a little as the farther one does.
+            // A surface ends half way to a sample of unknown depth, plus the overlap that the farther surface has.
             let behind = usize::from(!(nearness[left] < nearness[right]));
             reaches[[left, right][behind]][1 - behind] += BEHIND;
             continue;

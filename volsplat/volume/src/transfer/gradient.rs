@@ -3,7 +3,6 @@
 //! Takes words or the knots of a file, gives a factor of the extinction for a length of the gradient.
 //! Limits: one curve for all channels, whatever the scalar.
 
-use std::fmt;
 use std::str::FromStr;
 
 use crate::Error;
@@ -137,26 +136,14 @@ impl FromStr for GradientOpacity {
     }
 }
 
-impl fmt::Display for GradientOpacity {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let knots = self.knots.iter();
-        let words: Vec<String> = knots
-            .map(|[length, share]| format!("{length}:{share}"))
-            .collect();
-        f.write_str(&words.join(","))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn a_ramp_and_a_curve_are_read_and_written() {
+    fn a_ramp_and_a_curve_are_read() {
         let ramp: GradientOpacity = "5,40".parse().expect("a ramp");
         assert_eq!(ramp, GradientOpacity::ramp(5.0, 40.0));
-        assert_eq!(ramp.to_string(), "5:0,40:1");
-        assert_eq!(ramp.to_string().parse(), Ok(ramp));
         let curve: GradientOpacity = "0:0.2, 10:0.2, 10:0.8, 30:0".parse().expect("a curve");
         let found = [0.0, 9.0, 10.0, 20.0, 30.0, 1e9].map(|length| curve.at(length));
         for (found, expected) in found.into_iter().zip([0.2, 0.2, 0.8, 0.4, 0.0, 0.0]) {

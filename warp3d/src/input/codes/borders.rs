@@ -49,7 +49,7 @@ pub(super) struct Levels<'a> {
 }
 
 impl Borders {
-    /// Of samples of which `is_at` says whether they lie beside a lower and beside a higher level.
+    /// Finds the borders; `is_at` tells for a sample whether a lower level lies beside it, and whether a higher one does.
     pub(super) fn new(of: Levels<'_>, is_at: impl Fn(usize) -> [bool; 2] + Sync) -> Self {
         let at = |i: usize| is_at(i).map(|is_at| if is_at { 0.5 } else { f32::INFINITY });
         let samples = (0..of.levels.len()).into_par_iter();
@@ -61,7 +61,7 @@ impl Borders {
 }
 
 impl Nearest {
-    /// Spreads what samples beside borders know.
+    /// Spreads borders from the samples beside them to all samples of their level.
     fn spread(of: Levels<'_>, distance_px: Vec<f32>) -> Self {
         let mut nearest = Self {
             beside: (0..index32(distance_px.len())).collect(),
@@ -73,19 +73,19 @@ impl Nearest {
         // The second pair of sweeps goes around corners. Upwards it has something to do only beside rows that have changed.
         for round in 0..2 {
             for y in 0..height {
-                moved[y + 1] = nearest.take(of, (y, Sweep::Down), vectors) || round == 0;
+                moved[y + 1] = nearest.update(of, (y, Sweep::Down), vectors) || round == 0;
             }
             for y in (0..height).rev() {
                 if moved[y + 1] || moved[y + 2] {
-                    moved[y + 1] |= nearest.take(of, (y, Sweep::Up), vectors);
+                    moved[y + 1] |= nearest.update(of, (y, Sweep::Up), vectors);
                 }
             }
         }
         nearest
     }
 
-    /// Takes over in row `y` what the row before it knows, and what samples before know in the row itself. Returns true if anything was taken over.
-    fn take(&mut self, of: Levels<'_>, (y, sweep): (usize, Sweep), vectors: Vectors) -> bool {
+    /// Updates the borders of row `y` from the row before it, and then from sample to sample along the row. Returns true if any became nearer.
+    fn update(&mut self, of: Levels<'_>, (y, sweep): (usize, Sweep), vectors: Vectors) -> bool {
         let width = of.width;
         let at = y * width;
         let (distances, besides) = (&mut self.distance_px, &mut self.beside);
@@ -131,16 +131,15 @@ impl Nearest {
         } = own;
         let mut any = false;
         if let Some(before) = &before {
-            any |=
-                dispatch!(vectors, simd => take_across(simd, levels, distance_px, beside, before));
+            any |= dispatch!(vectors, simd => update_from_row(simd, levels, distance_px, beside, before));
         }
-        any | take_along(levels, distance_px, beside, sweep)
+        any | update_along(levels, distance_px, beside, sweep)
     }
 }
 
-/// Each sample of a row takes over what the three beside it in the row before know. Returns true if any does.
+/// Updates each sample of a row from the three samples nearest to it in the row before. Returns true if any border became nearer.
 #[simd]
-fn take_across<S: Simd>(
+fn update_from_row<S: Simd>(
     _simd: S,
     levels: &[i32],
     distance_px: &mut [f32],
@@ -188,8 +187,8 @@ fn take_across<S: Simd>(
     any != 0
 }
 
-/// Each sample of a row takes over what the one before it knows. Returns true if any does.
-fn take_along(levels: &[i32], distance_px: &mut [f32], beside: &mut [u32], sweep: Sweep) -> bool {
+/// Updates each sample of a row from the sample before it. Returns true if any border became nearer.
+fn update_along(levels: &[i32], distance_px: &mut [f32], beside: &mut [u32], sweep: Sweep) -> bool {
     let mut any = false;
     let mut take = |from: usize, to: usize| {
         let there = distance_px[from] + 1.0;

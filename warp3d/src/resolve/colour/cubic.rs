@@ -58,7 +58,7 @@ impl<S: Simd> EightWeights<S> {
 /// Weights of four samples around a place `t` past the second, and their first and second derivatives.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Axis {
-    value: [f32; 4],
+    pub(crate) value: [f32; 4],
     slope: [f32; 4],
     bend: [f32; 4],
 }

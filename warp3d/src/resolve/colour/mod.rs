@@ -20,9 +20,9 @@ use resample_core::point::PIXEL_SIGMA_PX;
 
 pub(crate) use crate::resolve::colour::filters::{EightFilters, FILTERS, through};
 pub(crate) use crate::surfaces::colours::{Coefficients, Colours, NOWHERE, eight_samples};
+use cubic::across;
 pub(crate) use cubic::held;
-use cubic::{Axis, across};
-pub(crate) use cubic::{EightWeights, Taps, Weights, by_place};
+pub(crate) use cubic::{Axis, EightWeights, Taps, Weights, by_place};
 
 use crate::project::narrow;
 use crate::project::prepared::Prepared;

@@ -320,7 +320,7 @@ mod tests {
             (curve, notes),
             (Some(GradientOpacity { knots }), Vec::new())
         );
-        // One point is the same everywhere, and 1 everywhere is none.
+        // A single point gives a constant factor; a factor of 1 changes nothing and is left out.
         let (half, _) = of("2 3 0.5");
         assert_eq!(
             half.map(|curve| [curve.at(0.0), curve.at(9.0)]),
