@@ -282,20 +282,14 @@ impl Pipeline {
             };
         };
         let count = references.len();
-        let with_edges = references
-            .into_iter()
-            .enumerate()
-            .map(|(index, reference)| {
-                let camera = &reference.camera;
-                let edges = match last {
-                    // The background of a film has no samples beside edges.
-                    Last::Hidden if index + 1 == count => Edges::Sharp,
-                    _ => Edges::of(camera.projection, &reference.depth, camera.width as usize),
-                };
-                (reference, edges)
-            });
         let (mut prepared, mut rows) = (Vec::new(), Vec::new());
-        for (reference, edges) in with_edges {
+        for (index, reference) in references.into_iter().enumerate() {
+            let camera = &reference.camera;
+            let edges = match last {
+                // The background of a film has no samples beside edges.
+                Last::Hidden if index + 1 == count => Edges::Sharp,
+                _ => Edges::of(camera.projection, &reference.depth, camera.width as usize),
+            };
             match options.method {
                 Method::Rows { .. } => rows.push(rows::Prepared::new(reference, tolerance, edges)),
                 _ => prepared.push(Prepared::new(reference, tolerance, edges)),

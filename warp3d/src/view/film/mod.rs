@@ -1,11 +1,12 @@
 //! Pictures of a film, one after another: depth made steady, and the background that other pictures show.
 //!
 //! [`Film::add`] takes the references of a film in order. It makes the depth of each steady, and gives a second reference: the background that the first
-//! hides. In the order in which data flow: `flow` is the motion from picture to picture, `cuts` finds the beginnings of shots,
+//! hides. In the order in which data flow: `around` joins the numbers around pixels, `flow` is the motion from picture to picture, `cuts` finds the beginnings of shots,
 //! `align` finds by how much a depth is scaled and shifted against those before, `smooth` takes noise out of a single picture, `steady` averages over time, `ego` is the
 //! motion of things at rest, and `plate` keeps the background. What is kept begins anew with every shot.
 //! Limits: pictures of one size; everything follows the order of the film, so that no picture can be drawn without those of its shot before it.
 
+mod around;
 mod flow;
 mod cuts;
 mod align;

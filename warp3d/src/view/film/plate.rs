@@ -9,6 +9,7 @@ use glam::Vec2;
 use rayon::prelude::*;
 use resample_core::narrow::cell;
 
+use super::around::around;
 use super::ego::Ego;
 use super::flow::{Flow, PATCH};
 
@@ -264,38 +265,6 @@ fn agreed(marks: &[bool], width: usize) -> Vec<bool> {
     let marks: Vec<u8> = marks.par_iter().map(|&mark| u8::from(mark)).collect();
     let counts = around(&marks, width, 1, |count, mark| *count += mark);
     counts.par_iter().map(|&count| count >= 5).collect()
-}
-
-/// Of the numbers within `reach` of each in the picture, what `join` makes of its own and all others: along rows, then along columns.
-fn around<T: Copy + Send + Sync>(
-    values: &[T],
-    width: usize,
-    reach: usize,
-    join: impl Fn(&mut T, T) + Sync,
-) -> Vec<T> {
-    let height = values.len() / width;
-    let add = |to: &mut [T], from: &[T]| {
-        to.iter_mut()
-            .zip(from)
-            .for_each(|(to, &value)| join(to, value));
-    };
-    let mut along = values.to_vec();
-    let rows = along.par_chunks_mut(width).zip(values.par_chunks(width));
-    rows.for_each(|(to, row)| {
-        for step in 1..=reach.min(width - 1) {
-            add(to, &row[step..]);
-            add(&mut to[step..], row);
-        }
-    });
-    let mut all = along.clone();
-    all.par_chunks_mut(width).enumerate().for_each(|(y, to)| {
-        for other in y.saturating_sub(reach)..(y + reach + 1).min(height) {
-            if other != y {
-                add(to, &along[other * width..][..width]);
-            }
-        }
-    });
-    all
 }
 
 /// The largest of the numbers within `reach` of each, those that are known, or 0.

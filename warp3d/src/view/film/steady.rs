@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use resample_core::narrow::cell;
 
 use super::align::{Freedom, Line};
+use super::around::boxes;
 use super::flow::{Flow, between};
 
 /// Pixels of which scale and offset are found.
@@ -238,37 +239,4 @@ fn kept(most: f32, way: Vec2, departure: f32) -> f32 {
     // A mean of so many pixels departs by a ninth of a deviation by chance; a half is none.
     let steady = (1.5 - 2.0 * departure.abs()).clamp(0.0, 1.0);
     (FEW + (SOME - FEW) * steady).min(most)
-}
-
-/// The mean of the box of `reach` pixels to each side, as far as it lies in the picture; infinite numbers stay.
-pub(crate) fn boxes(values: &[f32], width: usize, reach: usize) -> Vec<f32> {
-    let width = width.max(1);
-    let height = values.len() / width;
-    let mut along = values.to_vec();
-    let rows = along.par_chunks_mut(width).zip(values.par_chunks(width));
-    rows.for_each(|(to, row)| {
-        let add = |to: &mut [f32], from: &[f32]| {
-            to.iter_mut().zip(from).for_each(|(to, value)| *to += value);
-        };
-        for step in 1..=reach.min(width - 1) {
-            add(to, &row[step..]);
-            add(&mut to[step..], row);
-        }
-        for (x, to) in to.iter_mut().enumerate() {
-            let count = (x + reach + 1).min(width) - x.saturating_sub(reach);
-            *to *= 1.0 / count as f32;
-        }
-    });
-    let mut means = vec![0.0; values.len()];
-    means.par_chunks_mut(width).enumerate().for_each(|(y, to)| {
-        let rows = y.saturating_sub(reach)..(y + reach + 1).min(height);
-        let scale = 1.0 / rows.len() as f32;
-        for other in rows {
-            let row = &along[other * width..][..width];
-            for (to, value) in to.iter_mut().zip(row) {
-                *to += scale * value;
-            }
-        }
-    });
-    means
 }
