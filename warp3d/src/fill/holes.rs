@@ -10,7 +10,7 @@
 //! 1 minus what was seen.
 
 use rayon::prelude::*;
-use resample_core::narrow::index32;
+use resample_core::narrow::{index32, single};
 use resample_core::simd::Vectors;
 use spade::{DelaunayTriangulation, HasPosition, Point2, Triangulation};
 
@@ -424,8 +424,8 @@ fn natural(layer: &Layer, is_site: &[bool], holes: &[usize], width: usize) -> Ve
         let value = |of: &dyn Fn(usize) -> f32| {
             neighbours.interpolate(|v| f64::from(of(v.data().pixel)), at)
         };
-        let channel = |c: usize| value(&|i| layer.rgba[i][c]).map(|v| v as f32);
-        let depth = value(&|i| layer.depth[i].min(most)).map(|v| v as f32);
+        let channel = |c: usize| value(&|i| layer.rgba[i][c]).map(single);
+        let depth = value(&|i| layer.depth[i].min(most)).map(single);
         Some(([channel(0)?, channel(1)?, channel(2)?], depth?))
     };
     holes.iter().map(filled).collect()

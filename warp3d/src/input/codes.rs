@@ -13,6 +13,7 @@ use fearless_simd::prelude::*;
 use fearless_simd_macros::simd;
 use rayon::prelude::*;
 use resample_core::dispatch;
+use resample_core::narrow::{cell, index32};
 use resample_core::simd::SimdLevel;
 use resample_io::{Plane, Stored};
 
@@ -56,7 +57,7 @@ impl Scale {
                         return None;
                     }
                     if step != 1 {
-                        step = greatest_factor(step, value as u32);
+                        step = greatest_factor(step, index32(cell(value)));
                     }
                     if step == 1 && largest > MOST_LEVELS {
                         return None;
@@ -123,7 +124,8 @@ fn parts(value: f32) -> (i32, i32) {
 
 /// Returns true if multiples of `step` are numbers of a smooth map: many, and most of those from the least to the largest.
 fn is_dense(values: impl Iterator<Item = f32>, step: u32) -> bool {
-    let used: std::collections::BTreeSet<u32> = values.map(|value| value as u32 / step).collect();
+    let used: std::collections::BTreeSet<u32> =
+        values.map(|value| index32(cell(value)) / step).collect();
     let (least, most) = (used.first(), used.last());
     let between = least
         .zip(most)
@@ -150,10 +152,10 @@ pub(super) fn smoothed(plane: &Plane, distance: &(dyn Fn(f32) -> f64 + Sync)) ->
         // A code has one level: each is asked for once.
         Scale::Whole(step) => {
             let most = plane.values.iter().copied().fold(0.0, f32::max);
-            let codes = 0..=most as u32 / step;
+            let codes = 0..=index32(cell(most)) / step;
             let codes: Vec<i32> = codes.map(|k| level((k * step) as f32)).collect();
             let of = |&value: &f32| match value.is_finite() {
-                true => codes[(value as u32 / step) as usize],
+                true => codes[cell(value) / step as usize],
                 false => UNKNOWN,
             };
             plane.values.par_iter().map(of).collect()

@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use resample_core::narrow::cell;
 use resample_core::point::PIXEL_SIGMA_PX;
 
 use super::edges::Samples;
@@ -244,7 +245,7 @@ fn add(to: &mut [f32; 4], weight: f32, colour: [f32; 4]) {
 fn spline(samples: &Samples<'_>, at: f32, surface: u32) -> [f32; 4] {
     let last = samples.surfaces.len() - 1;
     let is_of = |i: usize| samples.surfaces[i] == surface;
-    let mut before = (at.max(0.0) as usize).min(last);
+    let mut before = cell(at).min(last);
     // Beyond an end of the surface.
     if !is_of(before) {
         before = if before < last && is_of(before + 1) {

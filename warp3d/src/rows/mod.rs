@@ -148,7 +148,7 @@ impl Prepared {
         is_along_rows.then(|| Placing {
             x: [x.x, one.x, disparity.x].map(|v| v / divisor),
             y: [y.y, one.y].map(|v| v / divisor),
-            largest: (1.0 / target.near) as f32,
+            largest: single(1.0 / target.near),
         })
     }
 }

@@ -1,6 +1,6 @@
 //! The pieces between the samples of a row, laid on a row of the screen: at each sub-pixel the nearest one wins.
 
-use resample_core::narrow::cell;
+use resample_core::narrow::{cell, count, single, whole};
 
 use super::edges::Samples;
 
@@ -54,7 +54,7 @@ struct End {
 impl Division {
     /// Screen x in px: per reference px, at 0, and per unit of disparity.
     pub(super) fn new([scale, offset, disparity]: [f64; 3]) -> Self {
-        let columns = ((1.0 / scale - ROUNDING).ceil() as usize).clamp(1, MOST_COLUMNS);
+        let columns = count(whole((1.0 / scale - ROUNDING).ceil())).clamp(1, MOST_COLUMNS);
         let of_column = if columns == 1 {
             SUBPIXELS
         } else {
@@ -68,7 +68,7 @@ impl Division {
                 (offset + 0.5 * scale) * fine,
                 disparity * fine,
             ],
-            samples: (1.0 / scale) as f32,
+            samples: single(1.0 / scale),
             columns,
             of_column,
         }
@@ -107,7 +107,7 @@ impl Scan {
             (scale * i as f64 + (offset + per_disparity * f64::from(d))) as f32
         };
         self.x.extend(samples.disparity.iter().enumerate().map(x));
-        let spacing = scale as f32;
+        let spacing = single(scale);
         let last = samples.disparity.len() - 1;
         for i in 0..=last {
             let nearness = samples.disparity[i];
