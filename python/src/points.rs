@@ -4,7 +4,7 @@ use glam::DVec3;
 use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use warp3d::input::clouds::{PointCloudFile, PointLists};
+use resample_cloud::input::{PointCloudFile, PointLists};
 
 use crate::mesh::rows;
 

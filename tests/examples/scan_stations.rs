@@ -6,13 +6,13 @@
 use std::path::Path;
 
 use glam::{DAffine3, DVec2, DVec3};
+use resample_cloud::{
+    CloudOptions, CloudRenderer, Floating, GridFate, PointCloud, StationGrid, prepare_with,
+};
 use resample_core::clock::StageClock;
 use resample_core::image::srgb_from_linear;
 use resample_core::{Camera, Image, LookAt};
 use resample_io::{Picture, Plane, Stored};
-use warp3d::cloud::{
-    CloudOptions, CloudRenderer, Floating, GridFate, PointCloud, StationGrid, prepare_with,
-};
 use warp3d::input::{DepthKind, DepthMeaning, panorama};
 use warp3d::{Reference, WarpOptions, Warper};
 

@@ -3,9 +3,9 @@
 //! `cargo run --release -p resample-tests --example scan_times`. The points lie on a sphere, evenly, in a shuffled order.
 
 use glam::{DVec3, Vec3};
+use resample_cloud::{CloudOptions, CloudRenderer, PointCloud, prepare};
 use resample_core::{Camera, clock::StageClock};
 use resample_tests::volumes::scenes::perspective;
-use warp3d::cloud::{CloudOptions, CloudRenderer, PointCloud, prepare};
 
 const POINTS: u32 = 5_000_000;
 

@@ -44,7 +44,6 @@ mod rows;
 mod fill;
 mod paper;
 pub mod warper;
-pub mod cloud;
 pub mod stats;
 pub mod memory;
 

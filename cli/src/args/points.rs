@@ -6,10 +6,10 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use glam::DVec3;
+use resample_cloud::input::PointCloudFile;
+use resample_cloud::{Blend, CloudLayer, CloudOptions, Floating, Shade};
 use volsplat::ClipPlane;
 use volsplat::transfer::ColourMap;
-use warp3d::cloud::{Blend, CloudLayer, CloudOptions, Floating, Shade};
-use warp3d::input::clouds::PointCloudFile;
 
 use super::{AskArgs, CameraArgs, Given, PictureArgs, ReadingArgs, SequenceArgs};
 use crate::values::input_file;

@@ -5,10 +5,10 @@
 //! nothing in the program reads them again.
 
 use anyhow::{Result, bail};
+use resample_cloud::Blend;
 use resample_core::{FootprintMode, KernelShape, SelectMode};
 use volsplat::{Cells, Classify, Interpolate, PixelSamples, Subpixels};
 use warp3d::args::MethodName;
-use warp3d::cloud::Blend;
 use warp3d::{Fill, Visibility, WarpArgs};
 
 use crate::args::volume::order;

@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::builder::{OsStringValueParser, TypedValueParser};
+use resample_cloud::input::PointCloudFile;
 use resample_io::{Picture, Plane};
 use texmap::Loaded;
 use volsplat::input::{ImageAxes, ImageChannel};
 use volsplat::{Gaussians, Volume};
-use warp3d::input::clouds::PointCloudFile;
 
 use crate::values::mesh_word::MeshWord;
 

@@ -209,7 +209,7 @@ pub(crate) fn options(drawing: &Drawing) -> Result<Value> {
             options["method"] = json!(warp3d::args::MethodName::FOR_ANY_CAMERA.map(word));
         }
         Drawing::Points(args) => {
-            options["shade"] = json!(names::<warp3d::cloud::Shade>());
+            options["shade"] = json!(names::<resample_cloud::Shade>());
             options["color-by"] = json!(names::<ColourBy>());
             options["colored"] = json!(word(args.look.color_by));
             options["colormap"] = json!(args.look.colormap.map(|map| map.name()));

@@ -1,4 +1,4 @@
-//! Holds the plan of the house: cli -> {applications} -> {volume, mesh} -> resample-io -> resample-core, and no application knows another;
+//! Holds the plan of the house: cli -> {applications, cloud} -> {volume, mesh} -> resample-io -> resample-core, and no application knows another;
 //! within a crate no circle of files or of folders, few siblings in a folder, and no file or crate too large to read.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,18 +10,20 @@ use serde_json::Value;
 
 const CORE: &str = "resample-core";
 const IO: &str = "resample-io";
-const APPLICATIONS: [&str; 3] = ["texmap", "warp3d", "volsplat"];
+/// The crates that draw.
+const APPLICATIONS: [&str; 4] = ["texmap", "warp3d", "resample-cloud", "volsplat"];
 
 /// The crates that read what an application draws, each used by that application alone.
 const READERS: [(&str, &str); 2] = [("resample-mesh", "texmap"), ("resample-volume", "volsplat")];
 
 /// The folders of all crates.
-const FOLDERS: [&str; 8] = [
+const FOLDERS: [&str; 9] = [
     "resample-core",
     "resample-core/io",
     "texmap",
     "texmap/mesh",
     "warp3d",
+    "warp3d/cloud",
     "volsplat",
     "volsplat/volume",
     "cli",

@@ -33,6 +33,7 @@ fn sources() -> Vec<PathBuf> {
         "texmap/src",
         "texmap/mesh/src",
         "warp3d/src",
+        "warp3d/cloud/src",
         "volsplat/src",
         "volsplat/volume/src",
         "cli/src",

@@ -6,7 +6,6 @@
 //! Limits: one picture a file; of a fish eye, what a pinhole of its focal length sees.
 
 pub mod cameras;
-pub mod clouds;
 mod codes;
 pub mod meaning;
 mod panoramas;

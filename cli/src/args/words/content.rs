@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail};
 use clap::{Arg, ArgMatches, Args, Command, CommandFactory, FromArgMatches};
 use image::{ColorType, ImageDecoder, ImageFormat, ImageReader};
+use resample_cloud::input::{CloudFormat, cloud_format_of};
 use resample_io::{exr, files};
 use volsplat::GaussianFormat;
 use volsplat::input::Format;
-use warp3d::input::clouds::{CloudFormat, cloud_format_of};
 
 use crate::args::{Cli, Drawing, GaussiansArgs, PointsArgs, TexmapArgs, VolsplatArgs, Warp3dArgs};
 use crate::values::input_file::InputFile;

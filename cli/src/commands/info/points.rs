@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use anyhow::{Result, anyhow};
 use glam::DVec3;
+use resample_cloud::input::{CloudLoadOptions, PointCloudFile, class_name, cloud_format_of, load};
+use resample_cloud::usual_spacing;
 use serde_json::{Value, json};
-use warp3d::cloud::usual_spacing;
-use warp3d::input::clouds::{CloudLoadOptions, PointCloudFile, class_name, cloud_format_of, load};
 
 use super::words::{Line, between, line, short, sides};
 use crate::args::InfoArgs;

@@ -6,11 +6,11 @@
 
 use anyhow::{Result, bail};
 use clap::ValueEnum;
+use resample_cloud::Blend;
 use resample_core::{FootprintMode, KernelShape, SelectMode};
 use volsplat::{Cells, Classify, Interpolate, PixelSamples, Subpixels};
 use warp3d::Visibility;
 use warp3d::args::MethodName;
-use warp3d::cloud::Blend;
 
 use crate::args::{Drawing, OrderName};
 use crate::open::setting::{

@@ -1,9 +1,9 @@
 //! Colours in 8 bits: one for each class of points.
 
+use resample_cloud::input::class_colour;
 use resample_core::image::srgb_from_linear;
 use resample_core::narrow::code8;
 use volsplat::transfer::ColourMap;
-use warp3d::input::clouds::class_colour;
 
 /// The colour of a class, sRGB. Numbers beyond the standard's lie on a circle of hues, a golden section from one to the next, so
 /// that those which follow one another differ.

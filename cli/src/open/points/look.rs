@@ -5,10 +5,10 @@
 
 use anyhow::{Result, bail};
 use glam::{DVec3, Vec3};
+use resample_cloud::input::PointCloudFile;
+use resample_cloud::{CloudRenderer, Disc, Prepared, Shade};
 use resample_core::narrow::{count, single, whole};
 use volsplat::transfer::ColourMap;
-use warp3d::cloud::{CloudRenderer, Disc, Prepared, Shade};
-use warp3d::input::clouds::PointCloudFile;
 
 use crate::args::{ColourBy, PointsLookArgs};
 use crate::open::points::classes;

@@ -11,10 +11,10 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use glam::DVec3;
+use resample_cloud::{CloudFrame, CloudOptions, CloudOutline, CloudRenderer, LeftOut};
 use resample_core::Camera;
 use resample_core::simd::SimdLevel;
 use serde_json::{Value, json};
-use warp3d::cloud::{CloudFrame, CloudOptions, CloudOutline, CloudRenderer, LeftOut};
 
 use crate::args::{Drawing, Given, PointsArgs, PointsRenderArgs};
 use crate::cameras::camera_path::KeyKind;

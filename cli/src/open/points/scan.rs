@@ -5,10 +5,10 @@
 
 use anyhow::{Context, Result, anyhow, bail};
 use glam::{DVec3, Vec3};
+use resample_cloud::input::{CloudFormat, CloudLoadOptions, PointCloudFile, cloud_format_of, load};
+use resample_cloud::{PointCloud, Prepared, prepare_bytes, prepare_with};
 use resample_core::narrow::count;
 use resample_io::Gate;
-use warp3d::cloud::{PointCloud, Prepared, prepare_bytes, prepare_with};
-use warp3d::input::clouds::{CloudFormat, CloudLoadOptions, PointCloudFile, cloud_format_of, load};
 
 use crate::args::{PointsArgs, PointsPartArgs};
 
