@@ -7,6 +7,7 @@
 
 pub mod cameras;
 mod codes;
+pub mod film;
 pub mod meaning;
 mod panoramas;
 mod range;

@@ -5,11 +5,12 @@ use resample_core::{Camera, Image};
 use serde_json::json;
 use warp3d::film::{Film, FilmOptions, Freedom, Hidden};
 use warp3d::input::DepthKind;
+use warp3d::input::film::{FilmInput, Streams};
 use warp3d::multiview::{Layout, SeenDepths, comfortable_baseline, disparity_percent};
 use warp3d::{Fill, FrameStats, Reference, Warper};
 
 use crate::args::Warp3dArgs;
-use crate::open::depth::film::{FilmInput, Streams};
+use crate::open::depth::film::held;
 use crate::open::depth::frames::Frames;
 use crate::open::depth::scene;
 use crate::open::depth::scene::WarpScene;
@@ -155,7 +156,7 @@ impl Source {
             let index = self.next;
             let mut words = self.frames.words(&self.args, index)?;
             if let (Some(streams), Some(film)) = (&mut self.streams, self.frames.film()) {
-                words.source = streams.next(film)?;
+                words.source = held(streams.next(film)?);
             }
             self.next += 1;
             let said = self.frames.begins_shot(index);

@@ -10,13 +10,13 @@ use anyhow::{Context, Result, bail};
 use resample_io::listed::{Item, items};
 use resample_io::{Gate, Outside, Room};
 use warp3d::Fill;
+use warp3d::input::film::{FilmInput, read_cuts};
 use warp3d::input::{DepthKind, Part, colour, range_of_sequence};
 
 use crate::args::Warp3dArgs;
 use crate::cameras::viewpoint;
 use crate::cameras::viewpoint::{Known, Viewpoint};
 use crate::open::depth::film;
-use crate::open::depth::film::FilmInput;
 use crate::open::depth::scene;
 use crate::output::FrameNames;
 use crate::process::report;
@@ -53,7 +53,7 @@ struct Frame {
 impl Frames {
     /// The frames that the words name; `None` where they name one picture.
     pub(crate) fn find(args: &mut Warp3dArgs, progress: Progress) -> Result<Option<Self>> {
-        if let Some(film) = FilmInput::find(args, progress)? {
+        if let Some(film) = film::find(args, progress)? {
             film::set_defaults(args, film.has_ranges())?;
             return Self::of_film(args, film).map(Some);
         }
@@ -89,7 +89,7 @@ impl Frames {
             frames,
             range: None,
             film: None,
-            cuts: cuts.map(film::read_cuts).transpose()?,
+            cuts: cuts.map(read_cuts).transpose()?,
         };
         frames.note_missing(pictures, "depth of their number or time", &args.depth)?;
         let size = colour::size(&Part::from_text(&frames.frames[0].colour))?;
@@ -155,7 +155,7 @@ impl Frames {
         let range = self.range.or(shot.and_then(|shot| shot.range));
         words.meaning.relative_range = words.meaning.relative_range.or(range);
         if let Some(film) = &self.film {
-            words.source = film.blank()?;
+            words.source = film::blank(film)?;
         }
         Ok(words)
     }
