@@ -9,7 +9,7 @@ pub use resample_io::names::FrameNames;
 pub(crate) use resample_io::write::exr::mark as exr_mark;
 pub use resample_io::write::png::Depth;
 pub use resample_io::write::{
-    DEFAULT_FPS, Film, FilmKind, FilmPlan, Format, WriteFailure, check_name, check_new,
+    DEFAULT_FPS, Film, FilmKind, FilmPlan, Format, Left, WriteFailure, check_name, check_new,
     check_not_input, check_not_inputs, check_writable, format_of, kind_of, make_folder, png_codes,
     png_file, temporary_file, write_bytes, write_grey, write_marked_picture, write_picture,
     write_text, write_tile,

@@ -25,7 +25,7 @@ pub struct SequenceArgs {
     /// For volumes, keys may also change the transfer function and the clip.
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["camera", "turntable", "orbit", "up", "projection"])]
     pub path: Option<PathBuf>,
-    /// Keep pictures that were already drawn with these options and draw the rest: continues after Ctrl-C
+    /// Keep pictures, and pieces of a video, that were already drawn with these options and draw the rest: continues after Ctrl-C
     #[arg(long)]
     pub resume: bool,
     /// Pictures per second of an animation or of --path [default: 25]

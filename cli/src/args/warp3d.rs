@@ -239,7 +239,7 @@ pub struct WarpSequenceArgs {
     /// Also draw from the N pictures before and after each one of a sequence whose pictures have cameras of their own
     #[arg(long, value_name = "N", default_value = "0", hide_default_value = true)]
     pub neighbours: usize,
-    /// Keep pictures that were already drawn with these options and draw the rest: continues after Ctrl-C
+    /// Keep pictures, and pieces of a video, that were already drawn with these options and draw the rest: continues after Ctrl-C
     #[arg(long)]
     pub resume: bool,
     /// Pictures per second of an animation or of --path [default: 25, or the film's]

@@ -307,9 +307,9 @@ fn film_plan(request: &Request) -> Result<Option<FilmPlan>> {
         }
         return Ok(None);
     };
-    if request.sequence.resume {
+    if request.sequence.resume && !matches!(kind, FilmKind::Video(_)) {
         bail!(
-            "{name}: --resume is for numbered pictures; an animation is written whole or not at all"
+            "{name}: --resume is for numbered pictures and videos; such an animation is written whole or not at all"
         );
     }
     if request.sequence.part != PartArgs::default() {

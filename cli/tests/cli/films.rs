@@ -314,3 +314,73 @@ fn films_that_do_not_fit_are_refused_in_one_line() {
     );
     assert!(said.contains("film.mkv: ffprobe was not found"), "{said}");
 }
+
+#[test]
+fn a_killed_film_is_gone_on_with() {
+    if !has_ffmpeg() {
+        return;
+    }
+    let bench = films();
+    for name in ["film", "depth"] {
+        let (from, to) = (format!("{name}.mkv"), format!("long_{name}.mkv"));
+        let mut command = Command::new("ffmpeg");
+        command.current_dir(bench.folder.path());
+        command.args(["-v", "error", "-stream_loop", "24", "-i", &from]);
+        command.args(["-map", "0", "-c", "copy", &to]);
+        assert!(command.status().expect("ffmpeg starts").success());
+    }
+    let words = |output: &str| format!("warp3d long_film.mkv long_depth.mkv {WORDS} -o {output}");
+    assert_good(&bench.run(&words("whole.mp4")));
+    assert!(!bench.path("whole.mp4.pieces").exists(), "nothing is left");
+
+    // Killed once the first piece stands, while the second is drawn.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_resample"));
+    command.current_dir(bench.folder.path());
+    command.args(words("killed.mp4").split_whitespace());
+    let mut child = command.stderr(Stdio::null()).spawn().expect("it starts");
+    let first = bench.path("killed.mp4.pieces/0000000.mp4");
+    while !first.exists() {
+        assert!(child.try_wait().expect("a child").is_none(), "it ended");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    child.kill().expect("killed");
+    child.wait().expect("it ends");
+    assert!(!bench.path("killed.mp4").exists());
+
+    let refused = bench.run(&words("killed.mp4"));
+    assert!(!refused.status.success());
+    let said = stderr(&refused);
+    let way_out = "125 pictures of this film are in killed.mp4.pieces: --resume draws the rest";
+    assert!(said.contains(way_out), "{said}");
+
+    let resumed = bench.run(&format!("{} --resume", words("killed.mp4")));
+    assert_good(&resumed);
+    let said = stderr(&resumed);
+    assert!(
+        said.contains("125 of 300 pictures were there already"),
+        "{said}"
+    );
+    let read = |name: &str| fs::read(bench.path(name)).expect("a film");
+    assert!(
+        read("killed.mp4") == read("whole.mp4"),
+        "the bytes of a run that nothing interrupted"
+    );
+    assert!(!bench.path("killed.mp4.pieces").exists(), "nothing is left");
+    assert_eq!(
+        probed(&bench, "killed.mp4", "v", "stream=nb_read_packets"),
+        "300"
+    );
+    let [film, sound] = ["v", "a"].map(|stream| {
+        let seconds = probed(&bench, "killed.mp4", stream, "stream=duration");
+        seconds.parse::<f64>().expect("seconds")
+    });
+    assert!((film - 300.0 * 1001.0 / 30_000.0).abs() < 1e-3, "{film} s");
+    assert!((sound - film).abs() < 0.5, "{sound} s of sound");
+
+    // Other settings are another film: what is left of this one is replaced.
+    fs::create_dir(bench.path("killed.mp4.pieces")).expect("a folder");
+    bench.write("killed.mp4.pieces/mark", b"another");
+    bench.write("killed.mp4.pieces/0000000.mp4", b"no film");
+    assert_good(&bench.run(&words("killed.mp4")));
+    assert!(read("killed.mp4") == read("whole.mp4"));
+}

@@ -160,7 +160,8 @@ impl Source {
             }
             self.next += 1;
             let said = self.frames.begins_shot(index);
-            if self.film.is_none() && index < number && said != Some(true) {
+            let is_of_shot = index >= self.frames.first_of_shot(number);
+            if !is_of_shot || (self.film.is_none() && index < number && said != Some(true)) {
                 continue;
             }
             let mut scene = scene::read(&words, notes)?;

@@ -20,7 +20,7 @@ use resample_io::files;
 use resample_io::rendered::{self, Content, Description};
 use serde_json::Value;
 
-use crate::output::{Film, FilmPlan, Format, FrameNames};
+use crate::output::{Film, FilmPlan, Format, FrameNames, Left};
 use crate::picture::bands::{Next, PartMark, Window};
 use crate::picture::{Drawn, Finish, RenderShot, Shot, bands};
 use crate::plan::Request;
@@ -159,17 +159,30 @@ pub(crate) fn draw_film(
         .first()
         .map_or([1; 2], |camera| [camera.width, camera.height]);
     let _patience = (cameras.len() > 1).then(interrupt::patience);
-    let mut film = Film::begin(plan, size, u32::try_from(cameras.len())?)?;
-    let bar = progress(cameras.len(), log.verbosity);
-    let mut frames = Vec::with_capacity(cameras.len());
-    for (number, camera) in cameras.iter().enumerate() {
-        if !goes_on(log, number, cameras.len()) {
+    let mark = sequence.fingerprint.of_film(cameras, plan);
+    let left = match sequence.existing {
+        Existing::Keep => Left::Kept(&mark),
+        Existing::Replace => Left::Refused(&mark),
+    };
+    let total = cameras.len();
+    let mut film = Film::resume(plan, size, u32::try_from(total)?, left)?;
+    let kept = film.left().map_or(0, |(pictures, _)| pictures.min(total));
+    let bar = progress(total - kept, log.verbosity);
+    let mut frames = Vec::with_capacity(total - kept);
+    for (number, camera) in cameras.iter().enumerate().skip(kept) {
+        if !goes_on(log, number, total) {
             bar.finish_and_clear();
-            let state = format!("{} is not written", file.display());
+            let state = match film.left().filter(|(pictures, _)| *pictures > 0) {
+                None => format!("{} is not written", file.display()),
+                Some((pictures, folder)) => format!(
+                    "{pictures} of {total} pictures are in {}; --resume draws the rest",
+                    folder.display()
+                ),
+            };
             return Ok(Outcome {
                 frames: Vec::new(),
                 kept: 0,
-                total: cameras.len(),
+                total,
                 ending: Err(Interrupted { state }.into()),
             });
         }
@@ -200,8 +213,8 @@ pub(crate) fn draw_film(
         .for_each(|frame| frame.file_bytes = file_bytes);
     Ok(Outcome {
         frames,
-        kept: 0,
-        total: cameras.len(),
+        kept,
+        total,
         ending: Ok(()),
     })
 }
@@ -300,8 +313,18 @@ impl Fingerprint {
 
     /// The digits of the picture that `camera` sees.
     pub(crate) fn of_picture(&self, camera: &Camera) -> String {
+        self.of(&format!("{camera:?}"))
+    }
+
+    /// The digits of a film that `cameras` see.
+    fn of_film(&self, cameras: &[Camera], plan: &FilmPlan) -> String {
+        let FilmPlan { kind, rate, .. } = plan;
+        self.of(&format!("{kind:?} {rate} {cameras:?}"))
+    }
+
+    fn of(&self, text: &str) -> String {
         let mut hasher = self.0.clone();
-        format!("{camera:?}").hash(&mut hasher);
+        text.hash(&mut hasher);
         format!("{:016x}", hasher.finish())
     }
 }

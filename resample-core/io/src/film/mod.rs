@@ -15,7 +15,7 @@ use std::path::Path;
 pub use child::check_tool;
 pub use facts::{ColourTags, Facts, FrameRate};
 pub use read::{Kept, Reader, Want};
-pub use write::{Container, Original, Writer};
+pub use write::{Coding, Container, Original, Part, Writer, join};
 
 use crate::files;
 

@@ -1,5 +1,6 @@
 //! Pictures made into a film.
 
+use std::ffi::OsString;
 use std::io;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -28,6 +29,49 @@ pub struct Original {
     pub facts: Facts,
 }
 
+/// The pictures of a film and their coding.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coding {
+    /// The kind of the whole file, which sets the codec.
+    pub container: Container,
+    /// Width and height, px.
+    pub size: [u32; 2],
+    /// Pictures per second.
+    pub rate: FrameRate,
+    /// Bits of a channel.
+    pub bits: u8,
+    /// The meaning of the colours.
+    pub colours: ColourTags,
+}
+
+impl Coding {
+    /// The coding of a film that is made from `original`, if from any.
+    pub fn new(
+        container: Container,
+        size: [u32; 2],
+        rate: FrameRate,
+        original: Option<&Original>,
+    ) -> Self {
+        let facts = original.map(|original| &original.facts);
+        Self {
+            container,
+            size,
+            rate,
+            bits: facts.map_or(8, |facts| facts.bits),
+            colours: facts.map_or_else(ColourTags::default, |facts| facts.colours.clone()),
+        }
+    }
+}
+
+/// A part of a film that is put together.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Its file.
+    pub path: PathBuf,
+    /// How many pictures it has.
+    pub pictures: usize,
+}
+
 /// Writes a film, picture after picture. Dropped before [`Writer::finish`], it stops, and the file is of no use.
 pub struct Writer {
     running: Running,
@@ -38,37 +82,39 @@ impl Writer {
     ///
     /// # Errors
     /// `ffmpeg` cannot be started.
-    pub fn open(
+    pub fn open(path: &Path, coding: &Coding, original: Option<&Original>) -> io::Result<Self> {
+        Self::start(path, coding, original, muxer(coding.container))
+    }
+
+    /// Starts to write a part of a film, without sound, for [`join`].
+    ///
+    /// # Errors
+    /// `ffmpeg` cannot be started.
+    pub fn piece(path: &Path, coding: &Coding) -> io::Result<Self> {
+        // Its times are exact, where those of Matroska are rounded to a millisecond.
+        Self::start(path, coding, None, "mp4")
+    }
+
+    fn start(
         path: &Path,
-        container: Container,
-        size: [u32; 2],
-        rate: FrameRate,
+        coding: &Coding,
         original: Option<&Original>,
+        format: &str,
     ) -> io::Result<Self> {
-        let bits = original.map_or(8, |original| original.facts.bits);
+        let bits = coding.bits;
         let mut write = command("ffmpeg");
         write.args(["-y", "-f", "rawvideo"]);
         write.args(["-pixel_format", if bits > 8 { "rgb48le" } else { "rgb24" }]);
-        let [width, height] = size;
+        let [width, height] = coding.size;
         write.args(["-video_size", &format!("{width}x{height}")]);
-        if let Some(begins_s) = original.map(|original| original.facts.begins_s) {
-            write.args(["-itsoffset", &format!("{begins_s:.6}")]);
-        }
-        write.args(["-framerate", &rate.to_string(), "-i", "pipe:0"]);
-        if let Some(original) = original {
-            write.arg("-i").arg(std::path::absolute(&original.path)?);
-            write.args(["-map", "0:v:0", "-map", "1:a?"]);
-            write.args(["-map_metadata", "1", "-map_chapters", "1"]);
-            // The film is no longer turned.
-            write.args(["-metadata:s:v:0", "rotate=0"]);
-            write.args(sound(container, original.facts.sound.as_deref()));
-        }
+        write.args(begins(original));
+        write.args(["-framerate", &coding.rate.to_string(), "-i", "pipe:0"]);
+        write.args(goes_along(coding.container, original)?);
         // No picture is doubled to fill the time before the first one.
         write.args(["-fps_mode", "passthrough"]);
-        let plain = ColourTags::default();
-        let tags = original.map_or(&plain, |original| &original.facts.colours);
-        write.args(colours(tags, bits));
-        write.args(encoding(container, bits));
+        write.args(colours(&coding.colours, bits));
+        write.args(codec(coding.container, bits));
+        write.args(["-f", format]);
         // An absolute name is never taken for an option or a protocol.
         write.arg(std::path::absolute(path)?);
         write.stdin(Stdio::piped());
@@ -102,6 +148,60 @@ impl Writer {
     pub fn finish(mut self) -> io::Result<()> {
         self.running.end().map_err(io::Error::other)
     }
+}
+
+/// Puts the parts of a film together at `path`, a file that exists, with the sound of the original. Nothing is coded again.
+///
+/// # Errors
+/// `ffmpeg` fails; the error holds its complaint.
+pub fn join(
+    parts: &[Part],
+    path: &Path,
+    coding: &Coding,
+    original: Option<&Original>,
+) -> io::Result<()> {
+    let mut list = tempfile::NamedTempFile::new()?;
+    for Part { path, pictures } in parts {
+        let path = std::path::absolute(path)?.display().to_string();
+        let seconds = *pictures as f64 / coding.rate.per_second();
+        // A quotation mark ends the quotation, stands for itself, and begins it again. The length is given, since that in the file is rounded.
+        let quoted = path.replace('\'', "'\\''");
+        writeln!(list, "file '{quoted}'\nduration {seconds:.6}")?;
+    }
+    list.flush()?;
+    let mut join = command("ffmpeg");
+    join.args(["-y", "-f", "concat", "-safe", "0"]);
+    join.args(begins(original)).arg("-i").arg(list.path());
+    join.args(goes_along(coding.container, original)?);
+    join.args(["-c:v", "copy"]);
+    join.args(tag(coding.container, coding.bits));
+    join.args(["-f", muxer(coding.container)]);
+    join.arg(std::path::absolute(path)?);
+    let mut running = Running::start("ffmpeg", join)?;
+    running.end().map_err(io::Error::other)
+}
+
+/// The time of the first picture.
+fn begins(original: Option<&Original>) -> Vec<String> {
+    let begins_s = original.map(|original| original.facts.begins_s);
+    begins_s.map_or_else(Vec::new, |begins_s| {
+        vec!["-itsoffset".to_owned(), format!("{begins_s:.6}")]
+    })
+}
+
+/// What the original has beside its pictures: sound, chapters, metadata.
+fn goes_along(container: Container, original: Option<&Original>) -> io::Result<Vec<OsString>> {
+    let Some(original) = original else {
+        return Ok(Vec::new());
+    };
+    let path = std::path::absolute(&original.path)?;
+    let words = ["-map", "0:v:0", "-map", "1:a?", "-map_metadata", "1"];
+    // The film is no longer turned.
+    let further = ["-map_chapters", "1", "-metadata:s:v:0", "rotate=0"];
+    let sound = sound(container, original.facts.sound.as_deref());
+    let words = words.into_iter().chain(further).chain(sound);
+    let input = [OsString::from("-i"), path.into_os_string()];
+    Ok(input.into_iter().chain(words.map(OsString::from)).collect())
 }
 
 /// The sound's packets are copied where the container takes them, else encoded anew.
@@ -149,34 +249,18 @@ fn colours(tags: &ColourTags, bits: u8) -> Vec<String> {
     .to_vec()
 }
 
-/// The encoder and the container. The qualities are those at which the encoders' guides see no loss.
-fn encoding(container: Container, bits: u8) -> &'static [&'static str] {
-    let deep = bits > 8;
-    match container {
-        Container::Mp4 if deep => &[
-            "-c:v",
-            "libx265",
-            "-crf",
-            "20",
-            "-tag:v",
-            "hvc1",
-            "-x265-params",
-            "log-level=error",
-            "-f",
-            "mp4",
-        ],
-        Container::Mp4 => &["-c:v", "libx264", "-crf", "18", "-f", "mp4"],
-        Container::Matroska if deep => &[
+/// The encoder. The qualities are those at which the encoders' guides see no loss.
+fn codec(container: Container, bits: u8) -> Vec<&'static str> {
+    let coder: &[&str] = match container {
+        Container::Mp4 | Container::Matroska if bits > 8 => &[
             "-c:v",
             "libx265",
             "-crf",
             "20",
             "-x265-params",
             "log-level=error",
-            "-f",
-            "matroska",
         ],
-        Container::Matroska => &["-c:v", "libx264", "-crf", "18", "-f", "matroska"],
+        Container::Mp4 | Container::Matroska => &["-c:v", "libx264", "-crf", "18"],
         Container::WebM => &[
             "-c:v",
             "libvpx-vp9",
@@ -186,8 +270,24 @@ fn encoding(container: Container, bits: u8) -> &'static [&'static str] {
             "0",
             "-row-mt",
             "1",
-            "-f",
-            "webm",
         ],
+    };
+    [coder, tag(container, bits)].concat()
+}
+
+/// The name of H.265 in MP4 that Apple's players ask for.
+fn tag(container: Container, bits: u8) -> &'static [&'static str] {
+    match container {
+        Container::Mp4 if bits > 8 => &["-tag:v", "hvc1"],
+        _ => &[],
+    }
+}
+
+/// The name by which ffmpeg knows a container.
+fn muxer(container: Container) -> &'static str {
+    match container {
+        Container::Mp4 => "mp4",
+        Container::Matroska => "matroska",
+        Container::WebM => "webm",
     }
 }

@@ -15,11 +15,12 @@ use tempfile::NamedTempFile;
 
 use super::failure::WriteFailure;
 use super::gif::Gif;
+use super::pieces::{Left, PIECE_PICTURES, Pieces, folder};
 use super::png::Depth;
 use super::temporary::{Listed, folder_of, is_stdout, temporary_file};
 use super::webp::WebP;
 use super::{gif, png as picture_png, webp};
-use crate::film::{Container, FrameRate, Original, Writer as Video, check_tool};
+use crate::film::{Coding, Container, FrameRate, Original, Writer as Video, check_tool};
 
 /// Kind of an animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +61,7 @@ pub struct Film {
     sink: Sink,
     file: NamedTempFile,
     _listed: Listed,
-    path: PathBuf,
+    plan: FilmPlan,
 }
 
 enum Sink {
@@ -68,6 +69,7 @@ enum Sink {
     WebP(WebP),
     Gif(Box<Gif<File>>),
     Video(Video, Depth),
+    Pieces(Box<Pieces>, Depth),
 }
 
 /// Default of pictures per second, as films in Europe have it.
@@ -180,6 +182,25 @@ impl FilmPlan {
 impl Film {
     /// Starts an animation of `count` pictures of `size` pixels, width and height.
     pub fn begin(plan: &FilmPlan, size: [u32; 2], count: u32) -> Result<Self, WriteFailure> {
+        Self::start(plan, size, count, None)
+    }
+
+    /// Starts an animation, or goes on with a long video of which an earlier run left complete pieces in a folder beside it.
+    pub fn resume(
+        plan: &FilmPlan,
+        size: [u32; 2],
+        count: u32,
+        left: Left,
+    ) -> Result<Self, WriteFailure> {
+        Self::start(plan, size, count, Some(left))
+    }
+
+    fn start(
+        plan: &FilmPlan,
+        size: [u32; 2],
+        count: u32,
+        left: Option<Left>,
+    ) -> Result<Self, WriteFailure> {
         let begun = || -> io::Result<Self> {
             let (file, listed) = temporary_file(folder_of(&plan.path))?;
             let sink = match plan.kind {
@@ -204,20 +225,33 @@ impl Film {
                 }
                 FilmKind::Video(container) => {
                     let original = plan.original.as_ref();
-                    let deep = original.is_some_and(|original| original.facts.bits > 8);
+                    let coding = Coding::new(container, size, plan.rate, original);
+                    let deep = coding.bits > 8;
                     let depth = if deep { Depth::Sixteen } else { Depth::Eight };
-                    let video = Video::open(file.path(), container, size, plan.rate, original)?;
-                    Sink::Video(video, depth)
+                    match left {
+                        Some(left) if count as usize > PIECE_PICTURES && !is_stdout(&plan.path) => {
+                            Sink::Pieces(Box::new(Pieces::begin(&plan.path, coding, left)?), depth)
+                        }
+                        _ => Sink::Video(Video::open(file.path(), &coding, original)?, depth),
+                    }
                 }
             };
             Ok(Self {
                 sink,
                 file,
                 _listed: listed,
-                path: plan.path.clone(),
+                plan: plan.clone(),
             })
         };
         begun().map_err(WriteFailure::of(&plan.path))
+    }
+
+    /// The pictures that stay if it is dropped now, and their folder: those of complete pieces.
+    pub fn left(&self) -> Option<(usize, PathBuf)> {
+        match &self.sink {
+            Sink::Pieces(pieces, _) => Some((pieces.complete(), folder(&self.plan.path))),
+            _ => None,
+        }
     }
 
     /// Adds a picture.
@@ -234,8 +268,9 @@ impl Film {
                 let bytes = picture_png::opaque_bytes(image, *depth);
                 video.add(&bytes)
             }
+            Sink::Pieces(pieces, depth) => pieces.add(&picture_png::opaque_bytes(image, *depth)),
         };
-        added.map_err(WriteFailure::of(&self.path))
+        added.map_err(WriteFailure::of(&self.plan.path))
     }
 
     /// Ends the animation, gives it its name, and gives the size of the file in bytes.
@@ -244,8 +279,9 @@ impl Film {
             sink,
             file,
             _listed,
-            path,
+            plan,
         } = self;
+        let path = plan.path;
         let finished = || -> io::Result<u64> {
             match sink {
                 Sink::Png(writer, _) => writer.finish()?,
@@ -253,6 +289,7 @@ impl Film {
                 // Its last byte is written when the encoder ends.
                 Sink::Gif(gif) => drop(gif),
                 Sink::Video(video, _) => video.finish()?,
+                Sink::Pieces(pieces, _) => pieces.finish(file.path(), plan.original.as_ref())?,
             }
             let bytes = std::fs::metadata(file.path())?.len();
             if is_stdout(&path) {

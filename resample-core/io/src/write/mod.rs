@@ -11,6 +11,7 @@ mod checks;
 mod failure;
 mod files;
 mod films;
+mod pieces;
 mod runs;
 mod stereo_jpeg;
 mod temporary;
@@ -26,5 +27,6 @@ pub use files::{
     write_picture, write_text, write_tile,
 };
 pub use films::{DEFAULT_FPS, Film, FilmKind, FilmPlan, kind_of};
+pub use pieces::Left;
 pub use stereo_jpeg::Views;
 pub use temporary::{Listed, remove_all_and_exit, temporary_file};
