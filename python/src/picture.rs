@@ -10,7 +10,7 @@ use pyo3::types::{PyBytes, PyDict};
 use resample_cli::output::{self, DEFAULT_FPS, Film, FilmPlan};
 use resample_core::Image;
 use resample_core::image::Plane;
-use resample_io::film::FrameRate;
+use resample_io::film::{FrameRate, Spatial};
 
 use crate::fault;
 use crate::mesh::read;
@@ -166,6 +166,7 @@ fn begun(path: &Path, first: &Image, (count, fps): (u32, Option<u16>)) -> anyhow
         kind,
         rate: FrameRate::whole(u32::from(fps.unwrap_or(DEFAULT_FPS))),
         original: None,
+        spatial: Spatial::default(),
     };
     plan.check_tools()?;
     output::check_writable(path)?;

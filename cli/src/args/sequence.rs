@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use resample_io::film::{FrameRate, Original};
+use resample_io::film::{FrameRate, Original, Spatial};
 
 use crate::output;
 use crate::values;
@@ -34,6 +34,9 @@ pub struct SequenceArgs {
     /// The film that the pictures are made from.
     #[arg(skip)]
     pub original: Option<Original>,
+    /// What players are told of the pictures of a film.
+    #[arg(skip)]
+    pub spatial: Spatial,
     /// The pictures that this process draws.
     #[command(flatten)]
     pub part: PartArgs,

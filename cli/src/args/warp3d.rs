@@ -201,11 +201,31 @@ pub enum LayoutWord {
     CrossEye,
     /// The picture on the left, its inverse depth in grey on the right, near white
     ColourAndDepth,
-    /// All directions around the new camera, longitude along x and latitude along y; the width is 360 degrees
+    /// All directions around the new camera, longitude along x and latitude along y; the width is 360 degrees. With --stereo, of a panorama: the left eye's above
     Equirectangular,
+    /// Of --stereo: the left eye's view on the left, each a square of 180 by 180 degrees, for headsets
+    Vr180,
+}
+
+impl Warp3dArgs {
+    /// The distance of two eyes that are drawn from all around one panorama; `None` where none are.
+    pub(crate) fn baseline_around(&self) -> Option<f64> {
+        let is_panorama =
+            self.cameras.from == Some(Viewpoint::Equirectangular) && self.cameras.to.is_none();
+        let (views, is_around) = (
+            &self.views,
+            self.views.layout.is_some_and(LayoutWord::is_around),
+        );
+        views.stereo.filter(|_| is_panorama && is_around)
+    }
 }
 
 impl LayoutWord {
+    /// Returns true if a view holds directions beside those of a lens.
+    pub(crate) fn is_around(self) -> bool {
+        matches!(self, Self::Equirectangular | Self::Vr180)
+    }
+
     /// Where the views of a stereo pair lie, if there are two.
     pub fn places(self) -> Option<Places> {
         match self {
@@ -214,7 +234,7 @@ impl LayoutWord {
             Self::TopBottom => Some(Places::TopBottom),
             Self::HalfTopBottom => Some(Places::HalfTopBottom),
             Self::CrossEye => Some(Places::CrossEye),
-            Self::ColourAndDepth | Self::Equirectangular => None,
+            Self::ColourAndDepth | Self::Equirectangular | Self::Vr180 => None,
         }
     }
 }

@@ -323,6 +323,7 @@ fn film_plan(request: &Request) -> Result<Option<FilmPlan>> {
         kind,
         rate: request.sequence.rate(),
         original: original.cloned(),
+        spatial: request.sequence.spatial,
     };
     film.check_tools()?;
     Ok(Some(film))

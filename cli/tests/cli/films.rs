@@ -127,7 +127,13 @@ fn probed(bench: &Bench, file: &str, stream: &str, entries: &str) -> String {
     ]);
     command.args(["-show_entries", entries, "-of", "csv=p=0", file]);
     let output = command.output().expect("ffprobe starts");
-    String::from_utf8_lossy(&output.stdout).trim().to_owned()
+    // Behind the entries, the marks of a pair have a field of their own.
+    let text = String::from_utf8_lossy(&output.stdout);
+    text.lines()
+        .next()
+        .unwrap_or_default()
+        .trim_end_matches(',')
+        .to_owned()
 }
 
 #[test]
@@ -383,4 +389,121 @@ fn a_killed_film_is_gone_on_with() {
     bench.write("killed.mp4.pieces/0000000.mp4", b"no film");
     assert_good(&bench.run(&words("killed.mp4")));
     assert!(read("killed.mp4") == read("whole.mp4"));
+}
+
+/// What `ffprobe` finds out about the views of a film.
+fn marks(bench: &Bench, file: &str) -> String {
+    let entries = "stream_side_data=type,projection,bound_left,bound_right:stream_tags=stereo_mode";
+    let mut command = Command::new("ffprobe");
+    command.current_dir(bench.folder.path());
+    command.args([
+        "-v",
+        "error",
+        "-select_streams",
+        "v",
+        "-show_entries",
+        entries,
+    ]);
+    command.args(["-of", "default=nw=1", file]);
+    let output = command.output().expect("ffprobe starts");
+    String::from_utf8_lossy(&output.stdout)
+        .trim()
+        .replace('\n', " ")
+}
+
+#[test]
+fn players_are_told_of_pairs_and_panoramas() {
+    if !has_ffmpeg() {
+        return;
+    }
+    let bench = films();
+    let draw = |words: &str, output: &str| {
+        let words = format!(
+            "warp3d film.mkv depth.mkv {words} --depth-kind relative --relative-range 20,220 --stereo 0.2 -o {output}"
+        );
+        let drawn = bench.run(&words);
+        assert_good(&drawn);
+        (
+            marks(&bench, output),
+            probed(&bench, output, "v", "stream=width,height"),
+        )
+    };
+    let told = draw("--from fov:40 --layout half-side-by-side", "half.mp4");
+    assert_eq!(told, ("type=side by side".to_owned(), "96,54".to_owned()));
+    let told = draw("--from fov:40 --layout top-bottom", "above.mp4");
+    assert_eq!(
+        told,
+        ("type=top and bottom".to_owned(), "96,108".to_owned())
+    );
+    let (told, _) = draw("--from fov:40 --layout top-bottom", "above.mkv");
+    assert!(told.contains("stereo_mode=top_bottom"), "{told}");
+    let (told, _) = draw("--from fov:40 --anaglyph", "anaglyph.mp4");
+    assert_eq!(told, "", "an anaglyph is one view");
+
+    let told = draw("--from fov:40 --layout vr180 --size 64x64", "ahead.mp4");
+    // ffprobe rounds the quarter that is left out at each side.
+    let ahead = "type=side by side projection=tiled equirectangular bound_left=64 bound_right=63";
+    assert_eq!(told, (ahead.to_owned(), "128,64".to_owned()));
+    let around = "--from equirectangular --layout";
+    let (told, size) = draw(&format!("{around} vr180"), "ahead_of_all.mp4");
+    assert!(told.contains("tiled equirectangular"), "{told}");
+    assert_eq!(size, "96,54", "the middle of each row, for two eyes");
+    let (told, size) = draw("--from equirectangular", "all.mp4");
+    assert_eq!(told, "type=top and bottom projection=equirectangular");
+    assert_eq!(size, "96,108");
+
+    // A film that is marked as a panorama is read as one.
+    let mono = "warp3d film.mkv depth.mkv --from equirectangular --depth-kind relative --relative-range 20,220 --size 96x54 --layout equirectangular -o mono.mp4";
+    assert_good(&bench.run(mono));
+    assert_eq!(marks(&bench, "mono.mp4"), "projection=equirectangular");
+    let again =
+        bench.run("warp3d mono.mp4 depth.mkv --depth-kind relative --relative-range 20,220 --stereo 0.2 -o again.mp4");
+    assert_good(&again);
+    assert!(stderr(&again).contains("it is read with --from equirectangular"));
+    assert!(marks(&bench, "again.mp4").contains("projection=equirectangular"));
+}
+
+#[test]
+fn pairs_of_panoramas_that_cannot_be_are_refused() {
+    let bench = Bench::new();
+    bench.write("c.png", &png_of([2, 1], &[90; 6]));
+    bench.write("d.png", &png_of([2, 1], &[50; 6]));
+    let cases = [
+        (
+            "--from fov:40 --stereo 1 --layout equirectangular",
+            "--layout vr180",
+        ),
+        (
+            "--from equirectangular --to shift:1,0,0 --stereo 1 --layout equirectangular",
+            "without --to",
+        ),
+        ("--from fov:40 --layout vr180", "give --stereo BASELINE"),
+        (
+            "--from fov:40 --stereo 1 --layout vr180 --convergence 3",
+            "leave it out",
+        ),
+        (
+            "--from fov:40 --stereo 1 --layout vr180 --size 64x32",
+            "is a square",
+        ),
+        (
+            "--from equirectangular --stereo 1 --layout equirectangular --size 32x32",
+            "twice as wide as high",
+        ),
+        (
+            "--from equirectangular --stereo 1 --layout equirectangular --sway 3",
+            "leave --reference, --path and --sway out",
+        ),
+    ];
+    for (words, expected) in cases {
+        let refused = bench.run(&format!(
+            "warp3d c.png d.png --depth-kind inverse {words} -o o.png"
+        ));
+        assert!(!refused.status.success(), "{words}");
+        let said = stderr(&refused);
+        assert!(
+            said.contains(expected) && said.lines().count() == 1,
+            "{words}: {said}"
+        );
+    }
 }

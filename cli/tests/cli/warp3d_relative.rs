@@ -109,7 +109,7 @@ fn a_range_is_refused_where_it_means_nothing() {
     let backwards = stderr(&bench.run(&words("--depth-kind relative --relative-range 255,0")));
     assert!(backwards.contains("the first the smaller"), "{backwards}");
     let panorama = words("--depth-kind relative --stereo 0.1 --layout equirectangular");
-    assert_one_line(&bench, &panorama, "--to shift:X,0,0");
+    assert_one_line(&bench, &panorama, "or --layout vr180");
 }
 
 #[test]

@@ -332,7 +332,7 @@ class DepthOptions(SharedOptions, total=False):
     #: Two views this far apart (world units), side by side unless --layout says otherwise
     stereo: Value
     #: How views lie in the picture [default with --stereo: side-by-side]
-    layout: Literal["side-by-side", "half-side-by-side", "top-bottom", "half-top-bottom", "cross-eye", "colour-and-depth", "equirectangular"]
+    layout: Literal["side-by-side", "half-side-by-side", "top-bottom", "half-top-bottom", "cross-eye", "colour-and-depth", "equirectangular", "vr180"]
     #: One red-cyan picture of the two views of --stereo
     anaglyph: Union[bool, Literal["dubois", "colour", "grey"]]
     #: Most disparity of the views of --stereo before and behind the screen, per cent of the width: the eyes stand closer together where there is more

@@ -59,6 +59,7 @@ mod uniform_bricks;
 mod unit_scaling;
 mod volume_layers;
 mod volume_views;
+mod warp_around;
 mod warp_codes;
 mod warp_colmap;
 mod warp_edges;

@@ -147,6 +147,11 @@ impl FilmInput {
         matches!(self.depth, Stream::Film { .. })
     }
 
+    /// Returns true if the film says that its pictures are panoramas.
+    pub fn is_panorama(&self) -> bool {
+        matches!(&self.colour, Stream::Film { facts, .. } if facts.is_panorama)
+    }
+
     /// The files that it is read from.
     pub fn files(&self) -> Vec<String> {
         let of = |stream: &Stream| match stream {

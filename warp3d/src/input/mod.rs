@@ -25,7 +25,7 @@ use crate::input::cameras::Distortion;
 pub(crate) use crate::input::meaning::nothing_known;
 pub use crate::input::meaning::{DepthKind, DepthMeaning};
 use crate::input::meaning::{along_the_axis, assembled};
-pub use crate::input::panoramas::{face_sizes, panorama};
+pub use crate::input::panoramas::{face_sizes, panorama, unrolled, unrolled_camera};
 use crate::input::range::RangeOf;
 pub use crate::input::range::SHARE as RANGE_SHARE;
 use crate::input::regrid::{Lens, Model};

@@ -1,16 +1,18 @@
-//! A panorama with depth as six pinhole references around its eye.
+//! A panorama with depth as six pinhole references around its eye, or, for two eyes, as one reference that is unrolled.
 //!
 //! The faces overlap, so that no seam opens between them. Depth is the distance from the eye: camera z has no meaning in
 //! a panorama, and numbers that say "z" are read as distances.
 
+use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use glam::DAffine3;
-use resample_core::Camera;
+use resample_core::narrow::single;
+use resample_core::{Camera, Projection};
 use resample_io::files::fault;
 
 use super::regrid::{Lens, Model};
-use super::{DepthKind, DepthMeaning, Picture, Plane, codes, regrid};
+use super::{DepthKind, DepthMeaning, Picture, Plane, check_proportions, codes, regrid};
 use crate::input::meaning::{along_the_axis, assembled, nothing_known};
 use crate::view::panorama;
 use crate::{Error, Reference};
@@ -18,13 +20,22 @@ use crate::{Error, Reference};
 /// Columns of a panorama that are repeated at both ends: more than the spline and an interpolation read.
 const REPEATED: usize = 8;
 
+/// The part of its width by which an unrolled panorama is repeated at each end: 22.5 degrees, the turn of what is 2.6 times half the baseline away, 8 cm with human eyes.
+const MARGIN: usize = 16;
+
+/// Latitude up to which the eyes of a pair are as far apart as was asked for: ceilings and floors. A guess.
+const FULL_TO: f64 = PI / 3.0;
+
+/// The largest turn of a sample, radians: nearer than 1.2 times half the baseline nothing can be seen by both eyes.
+const NEAREST: f64 = PI / 3.0;
+
 /// Pixels by which a face reaches over its neighbours: the widest filter of a warp that neither minifies nor magnifies.
 const OVERLAP_PX: f64 = 8.0;
 
 /// The faces of a panorama whose eye stands at the origin and looks along z.
 ///
 /// The world has the panorama's axes: x right, y down, z forward, which is the middle of the picture. Faces of which
-/// nothing is known are left out. Errors if picture and depth differ in size, if the numbers need a pinhole camera, or
+/// nothing is known are left out. Errors if picture and depth differ in their proportions, if the numbers need a pinhole camera, or
 /// if nothing is known at all; `depth_file` is named in them.
 pub fn panorama(
     picture: &Picture,
@@ -33,36 +44,14 @@ pub fn panorama(
     depth_file: &Path,
 ) -> Result<Vec<Reference>, Error> {
     let size = [picture.width, picture.height];
-    if [stored.width, stored.height] != size {
-        return Err(fault(
-            depth_file,
-            format!(
-                "the depth has {}x{} pixels, the panorama {}x{}: both must have one size",
-                stored.width, stored.height, size[0], size[1]
-            ),
-        ));
-    }
-    if matches!(meaning.kind, DepthKind::Disparity | DepthKind::OpenGl) {
-        let what = "a panorama has no disparity and no depth buffer: expected distances, their inverse or a code of it";
-        return Err(fault(depth_file, what));
-    }
+    let distances = distances(picture, stored, meaning, depth_file)?;
     let cameras = faces([picture.width as u32, picture.height as u32]);
-    let distance = meaning
-        .distance(&meaning.numbers(stored), &cameras[0])
-        .map_err(|what| fault(depth_file, what))?;
-    let smooth = codes::smoothed(stored, &*distance);
-    let stored = smooth.as_ref().unwrap_or(stored);
-    let distances: Vec<f32> = stored.values.iter().map(|&v| distance(v) as f32).collect();
+    let wide = wider(picture, REPEATED);
     let distances = Plane {
-        values: repeated(&distances, picture.width),
-        width: picture.width + 2 * REPEATED,
-        ..*stored
-    };
-    let wide = Picture {
-        width: picture.width + 2 * REPEATED,
-        height: picture.height,
-        rgb: repeated(&picture.rgb, picture.width),
-        coverage: (picture.coverage.as_ref()).map(|held| repeated(held, picture.width)),
+        values: repeated(&distances, picture.width, REPEATED),
+        width: wide.width,
+        height: wide.height,
+        stored: stored.stored,
     };
     let references: Vec<Reference> = (cameras.iter().enumerate())
         .filter_map(|(index, camera)| {
@@ -86,6 +75,97 @@ pub fn panorama(
     Ok(references)
 }
 
+/// A panorama for two eyes as one reference, unrolled: its camera's x counts longitude, and its depth is that at which eyes `baseline` apart, world units, see a sample
+/// shifted as those of an omnidirectional pair do.
+///
+/// Such a pair (Ishiguro et al., "Omni-directional stereo", 1992) sees each direction from the place on a circle at which an eye would stand that looks there. A sample at
+/// the distance rho from the axis is seen turned by asin(h / rho), h half the baseline, so rows stay rows, and two pinholes with parallel rows see the same shifts at the depth
+/// h / asin(h / rho). The elevation changes by up to (h / rho)^2 / 2 of its tangent, which is left out. Beyond 60 degrees up and down h shrinks to 0 at the poles, where no two eyes
+/// have a common row.
+///
+/// # Errors
+/// As [`panorama`].
+pub fn unrolled(
+    picture: &Picture,
+    stored: &Plane,
+    meaning: &DepthMeaning,
+    depth_file: &Path,
+    baseline: f64,
+) -> Result<Reference, Error> {
+    let (width, height) = (picture.width, picture.height);
+    let distances = distances(picture, stored, meaning, depth_file)?;
+    let half = 0.5 * baseline;
+    let mut z = distances;
+    for (y, row) in z.chunks_mut(width).enumerate() {
+        let latitude = (0.5 - (y as f64 + 0.5) / height as f64) * PI;
+        let cos = latitude.cos();
+        let eye = half * (cos / FULL_TO.cos()).min(1.0);
+        for z in row {
+            let turn = (eye / (f64::from(*z) * cos)).min(NEAREST.sin()).asin();
+            *z = single(half / turn);
+        }
+    }
+    let repeated_px = width / MARGIN;
+    let wide = wider(picture, repeated_px);
+    let camera = unrolled_camera([width as u32, height as u32]);
+    let camera = Camera {
+        width: wide.width as u32,
+        cx: camera.cx + repeated_px as f64,
+        ..camera
+    };
+    let z = repeated(&z, width, repeated_px);
+    assembled(wide, z, camera).ok_or_else(|| nothing_known(meaning, stored.stored, depth_file))
+}
+
+/// The camera of an unrolled panorama of this size at the origin: a pixel is as wide as the angle that it holds.
+pub fn unrolled_camera([width, height]: [u32; 2]) -> Camera {
+    let (width_px, height_px) = (f64::from(width), f64::from(height));
+    Camera {
+        projection: Projection::Perspective,
+        width,
+        height,
+        fx: width_px / TAU,
+        fy: height_px / PI,
+        cx: 0.5 * width_px,
+        cy: 0.5 * height_px,
+        camera_from_world: DAffine3::IDENTITY,
+        // The near plane follows from the samples.
+        near: f64::MIN_POSITIVE,
+    }
+}
+
+/// The distance of each pixel of the picture from the eye, made smooth where codes are coarse; a depth of another size is resampled.
+fn distances(
+    picture: &Picture,
+    stored: &Plane,
+    meaning: &DepthMeaning,
+    depth_file: &Path,
+) -> Result<Vec<f32>, Error> {
+    let size = [picture.width, picture.height];
+    check_proportions(size, [stored.width, stored.height], depth_file)?;
+    if matches!(meaning.kind, DepthKind::Disparity | DepthKind::OpenGl) {
+        let what = "a panorama has no disparity and no depth buffer: expected distances, their inverse or a code of it";
+        return Err(fault(depth_file, what));
+    }
+    let camera = unrolled_camera([picture.width as u32, picture.height as u32]);
+    let distance = meaning
+        .distance(&meaning.numbers(stored), &camera)
+        .map_err(|what| fault(depth_file, what))?;
+    let smooth = codes::smoothed(stored, &*distance);
+    let stored = smooth.as_ref().unwrap_or(stored);
+    let values = stored.values.iter().map(|&v| single(distance(v))).collect();
+    if [stored.width, stored.height] == size {
+        return Ok(values);
+    }
+    let lens = Lens {
+        camera: &camera,
+        model: Model::Pinhole,
+        size,
+    };
+    let distances = Plane { values, ..*stored };
+    Ok(regrid::distances(&distances, picture, &lens))
+}
+
 /// The sizes of the references that a panorama of this size becomes, px.
 pub fn face_sizes(size: [u32; 2]) -> [[u32; 2]; 6] {
     faces(size).map(|face| [face.width, face.height])
@@ -98,9 +178,20 @@ pub(super) fn faces(size: [u32; 2]) -> [Camera; 6] {
     panorama::faces(DAffine3::IDENTITY, f64::MIN_POSITIVE, focal_px, OVERLAP_PX)
 }
 
+/// A picture with `columns` of the other end at each end of its rows.
+fn wider(picture: &Picture, columns: usize) -> Picture {
+    let of = |held: &Vec<f32>| repeated(held, picture.width, columns);
+    Picture {
+        width: picture.width + 2 * columns,
+        height: picture.height,
+        rgb: repeated(&picture.rgb, picture.width, columns),
+        coverage: picture.coverage.as_ref().map(of),
+    }
+}
+
 /// Rows with their last columns before the first and the first behind the last.
-fn repeated<T: Copy>(values: &[T], width: usize) -> Vec<T> {
-    let end = REPEATED.min(width);
+fn repeated<T: Copy>(values: &[T], width: usize, columns: usize) -> Vec<T> {
+    let end = columns.min(width);
     let mut wide = Vec::with_capacity(values.len() / width * (width + 2 * end));
     for row in values.chunks(width) {
         wide.extend_from_slice(&row[width - end..]);

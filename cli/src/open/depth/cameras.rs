@@ -6,13 +6,16 @@ use anyhow::{Context, Result, bail};
 use clap::ValueEnum;
 use resample_core::Camera;
 use resample_io::Gate;
+use resample_io::film::{Directions, Pair, Spatial};
+use warp3d::input::unrolled_camera;
 use warp3d::multiview;
-use warp3d::multiview::{Layout, Places};
+use warp3d::multiview::{Hemisphere, Layout, Places};
 
 use crate::args::{LayoutWord, Warp3dArgs};
 use crate::cameras::camera_path::KeyKind;
 use crate::cameras::viewpoint::Known;
 use crate::cameras::{camera_path, viewpoint};
+use crate::open::depth::drawer::Converges;
 use crate::open::depth::frames::Frames;
 use crate::open::depth::scene;
 use crate::open::depth::scene::WarpScene;
@@ -37,12 +40,23 @@ pub(crate) fn of_frames(
     Ok(cameras)
 }
 
-/// How views lie in the picture; `nearest` is the distance of the nearest sample, world units.
-pub(crate) fn layout(args: &Warp3dArgs, nearest: f64) -> Layout {
+/// How views lie in the picture of `target`; `nearest` is the distance of the nearest sample, world units.
+pub(crate) fn layout(args: &Warp3dArgs, target: &Camera, nearest: f64) -> Layout {
     let views = &args.views;
     let places = views.layout.and_then(LayoutWord::places);
     match (views.stereo, views.anaglyph, views.quilt, views.layout) {
         (Some(baseline), Some(kind), ..) => Layout::Anaglyph(baseline, kind),
+        (Some(baseline), _, _, Some(word)) if word.is_around() => {
+            match (args.baseline_around(), word) {
+                (Some(_), LayoutWord::Vr180) => Layout::Stereo(baseline, Places::SideBySide),
+                (Some(_), _) => Layout::Stereo(baseline, Places::TopBottom),
+                (None, _) => {
+                    let side_px = args.cameras.size.map(|size| size.width);
+                    let half = Hemisphere::new(target, baseline, nearest, side_px);
+                    Layout::Hemispheres(baseline, half)
+                }
+            }
+        }
         (Some(baseline), ..) => Layout::Stereo(baseline, places.unwrap_or(Places::SideBySide)),
         (None, _, Some(grid), _) => Layout::Quilt(grid, views.view_cone),
         (None, _, None, Some(LayoutWord::ColourAndDepth)) => Layout::ColourAndDepth(nearest),
@@ -60,14 +74,75 @@ pub(crate) fn check_layout(args: &Warp3dArgs) -> Result<()> {
     };
     let name = layout.to_possible_value();
     let name = name.as_ref().map_or("", |name| name.get_name());
+    if layout.is_around() && args.views.stereo.is_some() {
+        return check_around(args, layout, name);
+    }
     match (layout.places(), args.views.stereo) {
         (Some(_), None) => bail!("--layout {name}: it shows two views: give --stereo BASELINE"),
-        (None, Some(_)) if layout == LayoutWord::Equirectangular => bail!(
-            "--layout {name}: it shows one eye's view: leave --stereo out (eyes side by side see depth ahead alone; a \
-             picture for each of them is drawn with --to shift:X,0,0)"
-        ),
+        (None, None) if layout == LayoutWord::Vr180 => {
+            bail!("--layout {name}: it shows two views: give --stereo BASELINE")
+        }
         (None, Some(_)) => bail!("--layout {name}: it shows one view: leave --stereo out"),
         _ => Ok(()),
+    }
+}
+
+/// Refuses pairs of half or whole panoramas that cannot be.
+fn check_around(args: &Warp3dArgs, layout: LayoutWord, name: &str) -> Result<()> {
+    let is_whole = layout == LayoutWord::Equirectangular;
+    let (cameras, sequence) = (&args.cameras, &args.sequence);
+    if is_whole && args.baseline_around().is_none() {
+        bail!(
+            "--layout {name}: both eyes see all around in a panorama alone: give --from equirectangular without --to, or --layout vr180"
+        );
+    }
+    if args.views.convergence.is_some() {
+        bail!("--convergence: the eyes of --layout {name} look straight ahead: leave it out");
+    }
+    let has_others =
+        !cameras.reference.is_empty() || sequence.path.is_some() || sequence.sway.is_some();
+    if args.baseline_around().is_some() && has_others {
+        bail!(
+            "--layout {name}: both eyes are drawn from one panorama: leave --reference, --path and --sway out"
+        );
+    }
+    if let Some(size) = cameras.size
+        && (size.width != size.height * (1 + u32::from(is_whole)))
+    {
+        let shape = if is_whole {
+            "is twice as wide as high"
+        } else {
+            "is a square"
+        };
+        bail!(
+            "--size {}x{}: a view of --layout {name} {shape}",
+            size.width,
+            size.height
+        );
+    }
+    Ok(())
+}
+
+/// What players are told of the views in a film.
+pub(crate) fn spatial(args: &Warp3dArgs) -> Spatial {
+    let layout = args.views.layout;
+    let has_pair = args.views.stereo.is_some() && args.views.anaglyph.is_none();
+    let pair = match layout {
+        None | Some(LayoutWord::SideBySide | LayoutWord::HalfSideBySide | LayoutWord::Vr180) => {
+            Some(Pair::SideBySide)
+        }
+        Some(LayoutWord::TopBottom | LayoutWord::HalfTopBottom | LayoutWord::Equirectangular) => {
+            Some(Pair::TopBottom)
+        }
+        Some(LayoutWord::CrossEye | LayoutWord::ColourAndDepth) => None,
+    };
+    Spatial {
+        pair: pair.filter(|_| has_pair),
+        panorama: match layout {
+            Some(LayoutWord::Equirectangular) => Some(Directions::All),
+            Some(LayoutWord::Vr180) => Some(Directions::Ahead),
+            _ => None,
+        },
     }
 }
 
@@ -82,12 +157,18 @@ pub(crate) fn targets(args: &Warp3dArgs, scene: &WarpScene) -> Result<Vec<Camera
 
 /// The cameras of the words' new camera; `nearest` is the distance of the nearest sample, world units.
 fn to_cameras(args: &Warp3dArgs, from: &Camera, nearest: f64) -> Result<Vec<Camera>> {
+    // The size of a hemisphere is that of its layout.
+    let is_half = args.views.layout == Some(LayoutWord::Vr180);
+    let size = args.cameras.size.filter(|_| !is_half);
     let Some(to) = &args.cameras.to else {
-        return Ok(vec![viewpoint::sized(*from, args.cameras.size)?]);
+        return Ok(vec![match args.baseline_around() {
+            Some(_) => around(args, from),
+            None => viewpoint::sized(*from, size)?,
+        }]);
     };
     let known = Known {
         picture: [from.width, from.height],
-        size: args.cameras.size,
+        size,
         lens: scene::lens(args, [from.width, from.height])?,
     };
     let cameras = viewpoint::several(to, from, &known)?;
@@ -96,6 +177,29 @@ fn to_cameras(args: &Warp3dArgs, from: &Camera, nearest: f64) -> Result<Vec<Came
         .iter()
         .map(|camera| camera.for_distance(nearest).with_context(named))
         .collect()
+}
+
+/// The camera of both eyes in an unrolled panorama, whose own camera is `from`: all of it, or its half ahead.
+fn around(args: &Warp3dArgs, from: &Camera) -> Camera {
+    let is_half = args.views.layout == Some(LayoutWord::Vr180);
+    let whole = match args.cameras.size {
+        None => [from.width, from.height],
+        Some(size) if is_half => [2 * size.width, size.height],
+        Some(size) => [size.width, size.height],
+    };
+    let camera = Camera {
+        near: from.near,
+        ..unrolled_camera(whole)
+    };
+    match is_half {
+        false => camera,
+        // Video has even sides.
+        true => Camera {
+            width: (camera.width / 4 * 2).max(1),
+            cx: f64::from((camera.width / 4).max(1)),
+            ..camera
+        },
+    }
 }
 
 /// The cameras of a path of keys.
@@ -117,7 +221,9 @@ fn keyed(path: &Path, args: &Warp3dArgs, from: &Camera, scene: &WarpScene) -> Re
 
 /// Distance at which views agree and about which cameras sway.
 pub(crate) fn convergence(args: &Warp3dArgs, scene: &WarpScene, target: &Camera) -> Result<f64> {
-    let is_needed = layout(args, scene.nearest).needs_convergence() || args.sequence.sway.is_some();
+    let layout = layout(args, target, scene.nearest);
+    let is_needed =
+        Converges::of(args, &layout) == Converges::AtMedian || args.sequence.sway.is_some();
     let Some(typed) = args.views.convergence else {
         if !is_needed {
             return Ok(f64::INFINITY);

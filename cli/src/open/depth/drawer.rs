@@ -9,7 +9,7 @@ use warp3d::input::film::{FilmInput, Streams};
 use warp3d::multiview::{Layout, SeenDepths, comfortable_baseline, disparity_percent};
 use warp3d::{Fill, FrameStats, Reference, Warper};
 
-use crate::args::Warp3dArgs;
+use crate::args::{LayoutWord, Warp3dArgs};
 use crate::open::depth::film::held;
 use crate::open::depth::frames::Frames;
 use crate::open::depth::scene;
@@ -42,8 +42,9 @@ pub(crate) enum Converges {
 
 impl Converges {
     pub(crate) fn of(args: &Warp3dArgs, layout: &Layout) -> Self {
+        let is_around = args.views.layout.is_some_and(LayoutWord::is_around);
         match args.views.convergence {
-            None if layout.needs_convergence() => Self::AtMedian,
+            None if layout.needs_convergence() && !is_around => Self::AtMedian,
             _ => Self::AtDistance,
         }
     }

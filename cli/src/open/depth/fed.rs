@@ -29,7 +29,7 @@ pub struct FedFilm {
 impl FedFilm {
     /// A film that is drawn with these options, those of films where nothing was typed.
     pub fn new(mut args: Warp3dArgs) -> Result<Self> {
-        film::set_defaults(&mut args, true)?;
+        film::set_defaults(&mut args, None)?;
         check_words(&args)?;
         let cameras = &args.cameras;
         let unfit = [
@@ -86,7 +86,7 @@ impl FedFilm {
     ) -> Result<&mut Drawer> {
         let options = self.args.render.options.options()?;
         let seen = scene::seen_depths(&scene.references, &target);
-        let asked = layout(words, scene.nearest);
+        let asked = layout(words, &target, scene.nearest);
         let converges = match self.drawer {
             None => convergence(words, &scene, &target)?,
             Some(_) => f64::INFINITY,

@@ -9,7 +9,7 @@ use warp3d::input::film::{FilmInput, FilmWords, Follower};
 use warp3d::input::{DepthKind, Picture, Plane};
 use warp3d::{Fill, WarpArgs};
 
-use crate::args::Warp3dArgs;
+use crate::args::{LayoutWord, Warp3dArgs};
 use crate::cameras::viewpoint;
 use crate::cameras::viewpoint::Viewpoint;
 use crate::process::report;
@@ -28,21 +28,36 @@ fn is_pair(args: &Warp3dArgs) -> bool {
     let (cameras, views) = (&args.cameras, &args.views);
     let is_alone = cameras.to.is_none() && cameras.reference.is_empty();
     let is_plane = cameras.from != Some(Viewpoint::Equirectangular)
-        && views.layout.is_none_or(|layout| layout.places().is_some());
-    views.stereo.is_some() && is_alone && is_plane
+        && views
+            .layout
+            .is_none_or(|layout| layout.places().is_some() || layout == LayoutWord::Vr180);
+    views.stereo.is_some() && is_alone && (is_plane || args.baseline_around().is_some())
 }
 
 /// Sets the defaults of a film, where nothing else was typed: relative depth, a lens, the surface tolerance, the method of a pair, and the
-/// filling of holes.
-pub(crate) fn set_defaults(args: &mut Warp3dArgs, is_relative: bool) -> Result<()> {
+/// filling of holes. Pictures from memory have no film.
+pub(crate) fn set_defaults(args: &mut Warp3dArgs, film: Option<&FilmInput>) -> Result<()> {
+    let is_relative = film.is_none_or(FilmInput::has_ranges);
     if is_relative && args.meaning.depth_kind.is_none() {
         args.meaning.depth_kind = Some(DepthKind::Relative);
     }
-    if args.cameras.from.is_none() && args.cameras.intrinsics.is_none() {
+    let has_lens = args.cameras.from.is_some() || args.cameras.intrinsics.is_some();
+    if !has_lens && film.is_some_and(FilmInput::is_panorama) {
+        args.cameras.from = Some(Viewpoint::Equirectangular);
+        report::say(
+            "note: the film says that it is a panorama: it is read with --from equirectangular",
+        );
+    } else if !has_lens {
         args.cameras.from = Some(viewpoint::parse(FOV).map_err(anyhow::Error::msg)?);
         report::say(&format!(
             "note: the lens is unknown: it is taken as {FOV} (--from says another)"
         ));
+    }
+    let is_around = args.cameras.from == Some(Viewpoint::Equirectangular);
+    let (views, cameras) = (&args.views, &args.cameras);
+    if is_around && cameras.to.is_none() && views.stereo.is_some() && views.anaglyph.is_none() {
+        let layout = views.layout.unwrap_or(LayoutWord::Equirectangular);
+        args.views.layout = Some(layout);
     }
     let has_surfaces = args.render.options.method != MethodName::Nearest;
     if args.meaning.kind() == DepthKind::Relative && has_surfaces && !args.render.has("tolerance") {

@@ -54,7 +54,7 @@ impl Frames {
     /// The frames that the words name; `None` where they name one picture.
     pub(crate) fn find(args: &mut Warp3dArgs, progress: Progress) -> Result<Option<Self>> {
         if let Some(film) = film::find(args, progress)? {
-            film::set_defaults(args, film.has_ranges())?;
+            film::set_defaults(args, Some(&film))?;
             return Self::of_film(args, film).map(Some);
         }
         let (colours, depths) = match (items(&args.colour)?, items(&args.depth)?) {

@@ -37,7 +37,7 @@ mod cameras;
 mod drawer;
 
 use crate::open::depth::scene::{record, write_planes};
-use cameras::{cameras, check_layout, convergence, layout, of_frames, targets};
+use cameras::{cameras, check_layout, convergence, layout, of_frames, spatial, targets};
 use drawer::{Comfort, Converges, Drawer, LastPicture, Source};
 
 /// The groups of options that every command has, for the shared code.
@@ -199,8 +199,8 @@ impl Ready {
             }
             None => (scene::read(&first, &mut notes)?, None),
         };
-        let layout = layout(args, scene.nearest);
         let mut targets = targets(&first, &scene)?;
+        let layout = layout(args, &targets[0], scene.nearest);
         let convergence = convergence(args, &scene, &targets[0])?;
         if let Some(source) = &mut source {
             targets = of_frames(args, &source.frames, targets[0], scene.nearest)?;
@@ -349,6 +349,7 @@ fn shared(args: &Warp3dArgs, frames: Option<&Frames>) -> Shared {
             fps: sequence.fps,
             part: sequence.part,
             original: frames.and_then(|frames| frames.film()?.original()),
+            spatial: spatial(args),
             ..SequenceArgs::default()
         },
         inputs: scene::files(args)

@@ -83,7 +83,7 @@ pub(crate) fn read(args: &Warp3dArgs, notes: &mut Notes) -> Result<WarpScene> {
         .collect::<Result<_>>()?;
     let mut references = Vec::new();
     for (typed, found) in typed.iter().zip(&described) {
-        references.extend(held(typed, found, notes)?);
+        references.extend(held((typed, found), args.baseline_around(), notes)?);
     }
     match_exposure(args, &typed, &mut references, notes);
     let nearest = nearest(&references);
@@ -257,6 +257,9 @@ fn described(typed: &Typed, args: &Warp3dArgs) -> Result<Described> {
         lens,
     };
     let with: TakenWith = match (&typed.camera, &lens) {
+        (Some(Viewpoint::Equirectangular), _) if args.baseline_around().is_some() => {
+            FileCamera::without_near(input::unrolled_camera(size)).into()
+        }
         (Some(camera), _) => viewpoint::only_one(camera, &known)?,
         (None, Some(lens)) => viewpoint::at_origin(lens, size)?.into(),
         (None, None) => anyhow::bail!(
@@ -273,16 +276,25 @@ fn described(typed: &Typed, args: &Warp3dArgs) -> Result<Described> {
     })
 }
 
-/// Reads a picture into memory: one reference, or the faces of a panorama.
-fn held(typed: &Typed, found: &Described, notes: &mut Notes) -> Result<Vec<Reference>> {
+/// Reads a picture into memory: one reference, or the faces of a panorama. With a baseline, a panorama is unrolled for two eyes.
+fn held(
+    (typed, found): (&Typed, &Described),
+    baseline: Option<f64>,
+    notes: &mut Notes,
+) -> Result<Vec<Reference>> {
     let (picture, stored) = match typed.held {
         Some(held) => (held.colour.clone(), held.depth.clone()),
         None => (colour::read(&found.colour)?, depth::read(&found.depth)?),
     };
     let meaning = found.meaning.with_range_of(&stored);
     if typed.camera == Some(Viewpoint::Equirectangular) {
-        let faces = input::panorama(&picture, &stored, &meaning, &found.depth.path);
-        return Ok(faces?);
+        let file = &found.depth.path;
+        return Ok(match baseline {
+            Some(baseline) => vec![input::unrolled(
+                &picture, &stored, &meaning, file, baseline,
+            )?],
+            None => input::panorama(&picture, &stored, &meaning, file)?,
+        });
     }
     let taken = Taken {
         camera: found.from.with_any_near(),

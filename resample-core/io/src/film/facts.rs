@@ -51,6 +51,8 @@ pub struct Facts {
     pub sound: Option<String>,
     /// Its length, s, where the file says it.
     pub seconds: Option<f64>,
+    /// True if it says that its pictures are panoramas, longitude along x and latitude along y.
+    pub is_panorama: bool,
     /// When its pictures begin after the file does, s: sound often begins a little earlier.
     pub begins_s: f64,
 }
@@ -101,7 +103,7 @@ impl Facts {
     pub fn of(path: &Path) -> Result<Self, Error> {
         check_tool("ffprobe", path, "give its pictures as numbered files")?;
         let entries = "stream=width,height,pix_fmt,r_frame_rate,avg_frame_rate,color_range,color_space,\
-                       color_transfer,color_primaries,start_time:stream_side_data=rotation:format=start_time,duration";
+                       color_transfer,color_primaries,start_time:stream_side_data=rotation,projection:format=start_time,duration";
         let video = asked(path, "v:0", entries)?;
         let sound = asked(path, "a:0", "stream=codec_name")?;
         Self::of_answers(&video, &sound).map_err(|what| fault(path, what))
@@ -161,6 +163,7 @@ impl Facts {
             seconds: of_video("duration")
                 .and_then(|seconds| seconds.parse().ok())
                 .filter(|&seconds: &f64| seconds > 0.0),
+            is_panorama: of_video("projection").as_deref() == Some("equirectangular"),
             begins_s: begins_s(video),
         })
     }

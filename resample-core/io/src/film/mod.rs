@@ -8,6 +8,7 @@
 mod child;
 mod facts;
 mod read;
+mod spatial;
 mod write;
 
 use std::path::Path;
@@ -15,6 +16,7 @@ use std::path::Path;
 pub use child::check_tool;
 pub use facts::{ColourTags, Facts, FrameRate};
 pub use read::{Kept, Reader, Want};
+pub use spatial::{Directions, Pair, Spatial};
 pub use write::{Coding, Container, Original, Part, Writer, join};
 
 use crate::files;

@@ -19,6 +19,9 @@ fn answers_become_facts() {
         (Some("aac"), 0.023)
     );
     assert_eq!(facts.colours.matrix, "bt2020nc");
+    assert!(!facts.is_panorama);
+    let around = format!("{answer}projection=equirectangular\n");
+    assert!(Facts::of_answers(&around, "").expect("facts").is_panorama);
     let uneven = "width=4\nheight=2\npix_fmt=yuv420p\nr_frame_rate=60/1\navg_frame_rate=2790/100\ncolor_space=unknown\n";
     let facts = Facts::of_answers(uneven, "").expect("facts");
     assert!(facts.is_uneven && facts.colours.matrix.is_empty() && facts.sound.is_none());

@@ -8,6 +8,7 @@ use std::process::Stdio;
 
 use super::child::{Running, command};
 use super::facts::{ColourTags, Facts, FrameRate};
+use super::spatial::{Pair, Spatial};
 
 /// Kind of video file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +43,8 @@ pub struct Coding {
     pub bits: u8,
     /// The meaning of the colours.
     pub colours: ColourTags,
+    /// What players are told.
+    pub spatial: Spatial,
 }
 
 impl Coding {
@@ -51,6 +54,7 @@ impl Coding {
         size: [u32; 2],
         rate: FrameRate,
         original: Option<&Original>,
+        spatial: Spatial,
     ) -> Self {
         let facts = original.map(|original| &original.facts);
         Self {
@@ -59,6 +63,7 @@ impl Coding {
             rate,
             bits: facts.map_or(8, |facts| facts.bits),
             colours: facts.map_or_else(ColourTags::default, |facts| facts.colours.clone()),
+            spatial,
         }
     }
 }
@@ -114,6 +119,8 @@ impl Writer {
         write.args(["-fps_mode", "passthrough"]);
         write.args(colours(&coding.colours, bits));
         write.args(codec(coding.container, bits));
+        write.args(packing(coding));
+        write.args(stereo_mode(coding));
         write.args(["-f", format]);
         // An absolute name is never taken for an option or a protocol.
         write.arg(std::path::absolute(path)?);
@@ -175,6 +182,7 @@ pub fn join(
     join.args(goes_along(coding.container, original)?);
     join.args(["-c:v", "copy"]);
     join.args(tag(coding.container, coding.bits));
+    join.args(stereo_mode(coding));
     join.args(["-f", muxer(coding.container)]);
     join.arg(std::path::absolute(path)?);
     let mut running = Running::start("ffmpeg", join)?;
@@ -273,6 +281,34 @@ fn codec(container: Container, bits: u8) -> Vec<&'static str> {
         ],
     };
     [coder, tag(container, bits)].concat()
+}
+
+/// What the stream of H.264 tells televisions of a pair.
+fn packing(coding: &Coding) -> Vec<&'static str> {
+    let is_h264 = coding.container != Container::WebM && coding.bits == 8;
+    let packing = coding
+        .spatial
+        .pair
+        .filter(|_| is_h264)
+        .map(|pair| match pair {
+            Pair::SideBySide => "frame-packing=3",
+            Pair::TopBottom => "frame-packing=4",
+        });
+    packing.map_or_else(Vec::new, |packing| vec!["-x264-params", packing])
+}
+
+/// What the track tells players of a pair, where the container is no MP4.
+fn stereo_mode(coding: &Coding) -> Vec<&'static str> {
+    let is_matroska = coding.container != Container::Mp4;
+    let mode = coding
+        .spatial
+        .pair
+        .filter(|_| is_matroska)
+        .map(|pair| match pair {
+            Pair::SideBySide => "stereo_mode=left_right",
+            Pair::TopBottom => "stereo_mode=top_bottom",
+        });
+    mode.map_or_else(Vec::new, |mode| vec!["-metadata:s:v:0", mode])
 }
 
 /// The name of H.265 in MP4 that Apple's players ask for.

@@ -20,7 +20,7 @@ use super::png::Depth;
 use super::temporary::{Listed, folder_of, is_stdout, temporary_file};
 use super::webp::WebP;
 use super::{gif, png as picture_png, webp};
-use crate::film::{Coding, Container, FrameRate, Original, Writer as Video, check_tool};
+use crate::film::{Coding, Container, FrameRate, Original, Spatial, Writer as Video, check_tool};
 
 /// Kind of an animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +53,8 @@ pub struct FilmPlan {
     pub rate: FrameRate,
     /// The film that it is made from.
     pub original: Option<Original>,
+    /// What players are told of its views.
+    pub spatial: Spatial,
 }
 
 /// An animation in the making. Dropped before [`Film::finish`], it leaves nothing.
@@ -225,7 +227,7 @@ impl Film {
                 }
                 FilmKind::Video(container) => {
                     let original = plan.original.as_ref();
-                    let coding = Coding::new(container, size, plan.rate, original);
+                    let coding = Coding::new(container, size, plan.rate, original, plan.spatial);
                     let deep = coding.bits > 8;
                     let depth = if deep { Depth::Sixteen } else { Depth::Eight };
                     match left {
@@ -290,6 +292,9 @@ impl Film {
                 Sink::Gif(gif) => drop(gif),
                 Sink::Video(video, _) => video.finish()?,
                 Sink::Pieces(pieces, _) => pieces.finish(file.path(), plan.original.as_ref())?,
+            }
+            if plan.kind == FilmKind::Video(Container::Mp4) {
+                plan.spatial.mark(file.path())?;
             }
             let bytes = std::fs::metadata(file.path())?.len();
             if is_stdout(&path) {

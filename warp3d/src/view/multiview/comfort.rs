@@ -79,7 +79,9 @@ impl Layout {
     /// The distance of the eyes of a pair, world units; `None` of all else.
     pub fn baseline(&self) -> Option<f64> {
         match *self {
-            Self::Stereo(baseline, _) | Self::Anaglyph(baseline, _) => Some(baseline),
+            Self::Stereo(baseline, _)
+            | Self::Anaglyph(baseline, _)
+            | Self::Hemispheres(baseline, _) => Some(baseline),
             Self::Single | Self::ColourAndDepth(_) | Self::Quilt(..) | Self::Equirectangular(_) => {
                 None
             }
@@ -91,6 +93,7 @@ impl Layout {
         match self {
             Self::Stereo(_, places) => Self::Stereo(baseline, places),
             Self::Anaglyph(_, kind) => Self::Anaglyph(baseline, kind),
+            Self::Hemispheres(_, half) => Self::Hemispheres(baseline, half),
             other => other,
         }
     }

@@ -7,6 +7,7 @@
 //! one size only. Source: the order of a quilt's tiles is that of Looking Glass's.
 
 mod comfort;
+mod hemisphere;
 mod panorama;
 #[cfg(test)]
 mod tests;
@@ -18,6 +19,7 @@ use resample_core::{Camera, Image, Plane};
 use crate::Error;
 
 pub use comfort::{SeenDepths, comfortable_baseline, depth_step, disparity_percent, seen_depths};
+pub use hemisphere::Hemisphere;
 
 /// Columns and rows of a quilt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +58,8 @@ pub enum Layout {
     Quilt(Grid, f64),
     /// The picture on the left, its inverse depth as grey on the right, white at this distance, world units.
     ColourAndDepth(f64),
+    /// Left and right eye beside each other, each with the directions ahead, longitude along x and latitude along y.
+    Hemispheres(f64, Hemisphere),
     /// All directions, longitude along x and latitude along y, in a picture of this size or of the camera's scale.
     Equirectangular(Option<[u32; 2]>),
 }
@@ -74,6 +78,7 @@ impl Layout {
             Self::Stereo(_, Places::HalfSideBySide) => [width.next_multiple_of(2), height],
             Self::Stereo(_, Places::HalfTopBottom) => [width, height.next_multiple_of(2)],
             Self::Quilt(grid, _) => [width * grid.columns, height * grid.rows],
+            Self::Hemispheres(_, half) => [2 * half.side_px, half.side_px],
             Self::Equirectangular(size) => panorama::size(camera, size),
         };
         Camera {
@@ -99,6 +104,7 @@ impl Layout {
             Self::Stereo(_, Places::HalfTopBottom) => {
                 (camera.fy, camera.cy) = (0.5 * camera.fy, 0.5 * camera.cy);
             }
+            Self::Hemispheres(_, half) => camera = half.camera(sheet),
             Self::Equirectangular(_) => return panorama::faces(sheet),
             _ => {}
         }
@@ -107,7 +113,9 @@ impl Layout {
                 return vec![camera];
             }
             Self::Stereo(baseline, Places::CrossEye) => vec![0.5 * baseline, -0.5 * baseline],
-            Self::Stereo(baseline, _) | Self::Anaglyph(baseline, _) => {
+            Self::Stereo(baseline, _)
+            | Self::Anaglyph(baseline, _)
+            | Self::Hemispheres(baseline, _) => {
                 vec![-0.5 * baseline, 0.5 * baseline]
             }
             Self::Quilt(Grid { columns, rows }, cone_deg) => {
@@ -129,6 +137,9 @@ impl Layout {
         match self {
             Self::Single => return views.remove(0),
             Self::Anaglyph(_, kind) => return anaglyph(&views, *kind),
+            Self::Hemispheres(_, half) => {
+                views = views.iter().map(|view| half.rolled(view)).collect();
+            }
             Self::Equirectangular(_) => return panorama::put_together(sheet, &views),
             Self::ColourAndDepth(nearest) => {
                 let depth = inverse_depth(&views[0], *nearest);
@@ -166,7 +177,7 @@ impl Layout {
         let [columns, rows] = match *self {
             Self::Single | Self::Anaglyph(..) | Self::Equirectangular(_) => [1, 1],
             Self::Stereo(_, Places::TopBottom | Places::HalfTopBottom) => [1, 2],
-            Self::Stereo(..) | Self::ColourAndDepth(_) => [2, 1],
+            Self::Stereo(..) | Self::Hemispheres(..) | Self::ColourAndDepth(_) => [2, 1],
             Self::Quilt(grid, _) => return grid,
         };
         Grid { columns, rows }

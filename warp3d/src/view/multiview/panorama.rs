@@ -4,6 +4,7 @@
 //! depth is the distance from the eye, because camera z has no meaning behind a camera.
 
 use glam::DVec2;
+use rayon::prelude::*;
 use resample_core::{Camera, Image, Plane};
 
 use crate::view::keys::weights;
@@ -29,40 +30,65 @@ pub(crate) fn faces(sheet: &Camera) -> Vec<Camera> {
 /// The panorama of the pictures of its faces.
 pub(crate) fn put_together(sheet: &Camera, views: &[Image]) -> Image {
     let size = [sheet.width, sheet.height];
-    let (width, height) = (size[0] as usize, size[1] as usize);
     let focal_px = panorama::focal_px(size);
-    let mut whole = Image::transparent(width, height);
-    let mut nearest = Vec::with_capacity(width * height);
-    for (index, pixel) in whole.rgba.iter_mut().enumerate() {
-        let pos = DVec2::new((index % width) as f64, (index / width) as f64) + 0.5;
+    gathered(views, size, |pos| {
         let (face, on_plane) = panorama::face_of(panorama::direction(pos, size));
-        let view = &views[face];
-        let at = on_plane * focal_px + 0.5 * view.width as f64;
-        *pixel = cubic(view, at);
-        nearest.push(Nearest {
-            view,
-            index: at.y as usize * view.width + at.x as usize,
-            ray_length: on_plane.extend(1.0).length() as f32,
-        });
-    }
+        Some((
+            face,
+            on_plane * focal_px + 0.5 * views[face].width as f64,
+            on_plane,
+        ))
+    })
+}
+
+/// A picture of directions. `place` gives the view that shows a position, the position in it, and the direction on its plane at distance 1; `None` where no view shows it.
+pub(super) fn gathered(
+    views: &[Image],
+    [width, height]: [u32; 2],
+    place: impl Fn(DVec2) -> Option<(usize, DVec2, DVec2)> + Sync,
+) -> Image {
+    let (width, height) = (width as usize, height as usize);
+    let mut whole = Image::transparent(width, height);
+    let mut nearest = vec![None; width * height];
+    let rows = whole.rgba.par_chunks_mut(width);
+    let rows = rows.zip(nearest.par_chunks_mut(width)).enumerate();
+    rows.for_each(|(y, (pixels, nearest))| {
+        for (x, (pixel, nearest)) in pixels.iter_mut().zip(nearest).enumerate() {
+            let Some((view, at, on_plane)) = place(DVec2::new(x as f64, y as f64) + 0.5) else {
+                continue;
+            };
+            *pixel = cubic(&views[view], at);
+            *nearest = Some(Nearest {
+                view,
+                index: at.y as usize * views[view].width + at.x as usize,
+                ray_length: on_plane.extend(1.0).length() as f32,
+            });
+        }
+    });
+    let of = |values: &(dyn Fn(&Nearest) -> f32 + Sync), none: f32| {
+        let value = |sample: &Option<Nearest>| sample.as_ref().map_or(none, values);
+        nearest.par_iter().map(value).collect()
+    };
     let distance = |sample: &Nearest| {
-        let z = sample.view.depth.as_ref();
+        let z = views[sample.view].depth.as_ref();
         z.map_or(f32::INFINITY, |z| z[sample.index] * sample.ray_length)
     };
     let plane = |(number, plane): (usize, &Plane)| Plane {
         name: plane.name.clone(),
-        values: (nearest.iter())
-            .map(|sample| sample.view.planes[number].values[sample.index])
-            .collect(),
+        values: of(
+            &|sample| views[sample.view].planes[number].values[sample.index],
+            0.0,
+        ),
     };
     whole.planes = views[0].planes.iter().enumerate().map(plane).collect();
-    whole.depth = (views[0].depth.as_ref()).map(|_| nearest.iter().map(distance).collect());
+    whole.depth = (views[0].depth.as_ref()).map(|_| of(&distance, f32::INFINITY));
     whole
 }
 
-/// The pixel of a face that is nearest to a pixel of the panorama.
-struct Nearest<'a> {
-    view: &'a Image,
+/// The pixel of a view that is nearest to a pixel of the panorama.
+#[derive(Clone, Copy)]
+struct Nearest {
+    view: usize,
     index: usize,
     /// Length of its ray from the eye to camera z = 1.
     ray_length: f32,
