@@ -34,7 +34,7 @@ pub struct SequenceArgs {
     /// The film that the pictures are made from.
     #[arg(skip)]
     pub original: Option<Original>,
-    /// What players are told of the pictures of a film.
+    /// The marks of a film by which players know its views.
     #[arg(skip)]
     pub spatial: Spatial,
     /// The pictures that this process draws.

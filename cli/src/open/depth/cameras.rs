@@ -123,7 +123,7 @@ fn check_around(args: &Warp3dArgs, layout: LayoutWord, name: &str) -> Result<()>
     Ok(())
 }
 
-/// What players are told of the views in a film.
+/// The marks by which players know the views of a film.
 pub(crate) fn spatial(args: &Warp3dArgs) -> Spatial {
     let layout = args.views.layout;
     let has_pair = args.views.stereo.is_some() && args.views.anaglyph.is_none();

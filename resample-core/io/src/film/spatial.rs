@@ -27,7 +27,7 @@ pub enum Directions {
     Ahead,
 }
 
-/// What players are told of a film. Neither is set for a flat film of one view.
+/// The marks of a film: views and directions. Neither is set for a flat film of one view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Spatial {
     /// Where its two views lie.
@@ -52,7 +52,7 @@ impl Spatial {
             of_type(b"st3d", &[&VERSION, &[mode]])
         });
         let panorama = self.panorama.map(|directions| {
-            // What is left out at the left and at the right, in parts of 2^32 of the whole.
+            // The part that is left out at the left and at the right, in parts of 2^32 of the whole.
             let side = match directions {
                 Directions::All => 0u32,
                 // A quarter, rounded down.

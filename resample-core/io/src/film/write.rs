@@ -43,7 +43,7 @@ pub struct Coding {
     pub bits: u8,
     /// The meaning of the colours.
     pub colours: ColourTags,
-    /// What players are told.
+    /// The marks for players.
     pub spatial: Spatial,
 }
 
@@ -197,7 +197,7 @@ fn begins(original: Option<&Original>) -> Vec<String> {
     })
 }
 
-/// What the original has beside its pictures: sound, chapters, metadata.
+/// All of the original beside its pictures: sound, chapters, metadata.
 fn goes_along(container: Container, original: Option<&Original>) -> io::Result<Vec<OsString>> {
     let Some(original) = original else {
         return Ok(Vec::new());
@@ -283,7 +283,7 @@ fn codec(container: Container, bits: u8) -> Vec<&'static str> {
     [coder, tag(container, bits)].concat()
 }
 
-/// What the stream of H.264 tells televisions of a pair.
+/// The mark of a pair in the stream of H.264, for televisions.
 fn packing(coding: &Coding) -> Vec<&'static str> {
     let is_h264 = coding.container != Container::WebM && coding.bits == 8;
     let packing = coding
@@ -297,7 +297,7 @@ fn packing(coding: &Coding) -> Vec<&'static str> {
     packing.map_or_else(Vec::new, |packing| vec!["-x264-params", packing])
 }
 
-/// What the track tells players of a pair, where the container is no MP4.
+/// The mark of a pair in the track, where the container is no MP4.
 fn stereo_mode(coding: &Coding) -> Vec<&'static str> {
     let is_matroska = coding.container != Container::Mp4;
     let mode = coding

@@ -53,7 +53,7 @@ pub struct FilmPlan {
     pub rate: FrameRate,
     /// The film that it is made from.
     pub original: Option<Original>,
-    /// What players are told of its views.
+    /// The marks by which players know its views.
     pub spatial: Spatial,
 }
 
