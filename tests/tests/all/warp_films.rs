@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 use resample_core::Image;
+use resample_core::image::srgb_from_linear;
 use resample_tests::warps::films::{FilmScene, Network};
 use resample_tests::warps::measure::measure;
 use resample_tests::warps::truth::WarpScene;
@@ -231,6 +232,88 @@ fn a_film_fills_what_one_picture_hides() {
             );
         }
     }
+}
+
+/// Root mean square change of colour between two pictures over the pixels that count, in codes of 8 bits.
+fn change(one: &Image, other: &Image, counts: &[bool]) -> [f64; 2] {
+    let pixels = one.rgba.iter().zip(&other.rgba).zip(counts);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for ((a, b), _) in pixels.filter(|(_, counts)| **counts) {
+        for (&a, &b) in a.iter().zip(b).take(3) {
+            sum += f64::from(srgb_from_linear(a) - srgb_from_linear(b)).powi(2);
+            count += 1.0;
+        }
+    }
+    [sum * 255.0 * 255.0, count]
+}
+
+/// The pixels that count around which, up to `reach` pixels away, all others do.
+fn inside(counts: &[bool], reach: isize) -> Vec<bool> {
+    let [width, height] = SIZE.map(|side| side as isize);
+    let is_inside = |index: isize| {
+        let (x, y) = (index % width, index / width);
+        let beside = (-reach..=reach).flat_map(|dy| (-reach..=reach).map(move |dx| [dx, dy]));
+        beside.into_iter().all(|[dx, dy]| {
+            let (x, y) = (x + dx, y + dy);
+            let in_frame = (0..width).contains(&x) && (0..height).contains(&y);
+            in_frame && counts[(y * width + x) as usize]
+        })
+    };
+    (0..width * height).map(is_inside).collect()
+}
+
+#[test]
+fn fills_beside_a_head_that_moves_do_not_flicker() {
+    let tolerance = SurfaceTolerance::Relative(0.03);
+    let options = WarpOptions {
+        fill: Fill::Background,
+        method: Method::Rows { tolerance },
+        ..WarpOptions::default()
+    };
+    let mut film = Film::new(FilmOptions::default());
+    let mut before: Option<([Image; 2], Vec<bool>)> = None;
+    let mut sums = [[[0.0; 2]; 2]; 2];
+    for number in 0..PICTURES {
+        let pair = FilmScene::Face.pair(number, SIZE, BASELINE);
+        let mut picture = Network::USUAL.of(&pair.reference, number);
+        let hidden = film.add(&mut picture, None).expect("a picture").hidden;
+        // The first pictures still show new parts of the wall.
+        if number < 12 {
+            continue;
+        }
+        let draw = |hidden: Option<Reference>| {
+            let pictures = vec![picture.clone()];
+            let mut warper = Warper::with_hidden(pictures, hidden, &options).expect("good");
+            warper.render(&pair.target).expect("a camera").image
+        };
+        let images = [draw(None), draw(hidden)];
+        let uncovered = uncovered(FilmScene::Face, number, &pair);
+        if let Some((earlier, earlier_uncovered)) = &before {
+            let both: Vec<bool> = uncovered
+                .iter()
+                .zip(earlier_uncovered)
+                .map(|(now, then)| *now && *then)
+                .collect();
+            // All of them, and those two pixels away from what moves or is seen.
+            for (sums, counts) in sums.iter_mut().zip([both.clone(), inside(&both, 2)]) {
+                for ((sums, now), then) in sums.iter_mut().zip(&images).zip(earlier) {
+                    let [sum, count] = change(now, then, &counts);
+                    *sums = [sums[0] + sum, sums[1] + count];
+                }
+            }
+        }
+        before = Some((images, uncovered));
+    }
+    let codes = |[sum, count]: [f64; 2]| {
+        assert!(count > 300.0, "{count} colours are uncovered twice");
+        (sum / count).sqrt()
+    };
+    let [all, within] = sums.map(|sums| sums.map(codes));
+    println!(
+        "fills from picture to picture, codes, alone and from the film: {all:.2?}, away from edges {within:.2?}"
+    );
+    assert!(all[1] < 0.8 * all[0], "{all:?}");
+    assert!(within[1] < 0.1 && within[0] > 1.0, "{within:?}");
 }
 
 #[test]
