@@ -7,6 +7,8 @@
 use glam::DVec3;
 use resample_core::clock::StageClock;
 use resample_core::image::Plane;
+use resample_core::narrow::index32;
+use resample_core::tile::TILE_PX;
 use resample_core::{Camera, Image, Projection, Reuse, Stop, Surface};
 use resample_volume::Watch;
 use resample_volume::volume::{Described, Lattice};
@@ -16,13 +18,19 @@ use crate::field::{FieldPipeline, Kept, Layer, layers_refused};
 use crate::grid::check_distance;
 use crate::large::LargeVolume;
 use crate::look::clip::Clip;
-use crate::look::options::{DepthPlane, Order, RenderOptions};
+use crate::look::options::{Blend, DepthPlane, Order, RenderOptions, Subpixels};
 use crate::look::scene::Scene;
 use crate::look::transfer::TransferFunction;
 use crate::paper::{EverySample, KernelSheets, Painting};
-use crate::picture::{TileSlot, picture};
+use crate::picture::{TileSlot, picture, refined};
 use crate::stats::FrameStats;
 use crate::{Error, Volume};
+
+/// Samples along a pixel's side of a surface for another renderer, at least: its edges are as smooth as those of meshes.
+const PIXEL_SAMPLES: u32 = 4;
+
+/// Most sub-pixels of a band of such a surface: 80 MB with depth and colour.
+const BAND_PX: usize = 1 << 22;
 
 /// Renders one prepared volume, frame after frame.
 #[derive(Clone, Debug)]
@@ -332,6 +340,43 @@ impl Renderer {
                 .1),
             Pipeline::Samples(_) | Pipeline::Sheets(_) => Err(surfaces_refused()),
         }
+    }
+
+    /// The isosurface that this renderer draws, for [`Renderer::render_among`] of another one: the depth and the colour of `subpixels` along each pixel's side that
+    /// `camera` sees. [`Error::Option`] for every other blend.
+    pub fn surface(&mut self, camera: &Camera, subpixels: u32) -> Result<Surface, Error> {
+        let camera = camera
+            .validated()
+            .map_err(|e| Error::Option(e.to_string()))?;
+        if !matches!(self.options.blend(), Blend::Isosurface(_)) {
+            let why = "only an isosurface is a surface for another renderer";
+            return Err(Error::Option(why.into()));
+        }
+        let own = self.options.clone();
+        let samples = (PIXEL_SAMPLES / subpixels.max(1)).max(1);
+        let _kept = self.update(&RenderOptions {
+            subpixels: Subpixels::Fixed(samples),
+            depth: DepthPlane::Expected,
+            ..own.clone()
+        })?;
+        let drawn = self.surface_in_bands(&refined(&camera, subpixels).0);
+        let _kept = self.update(&own)?;
+        drawn
+    }
+
+    fn surface_in_bands(&mut self, fine: &Camera) -> Result<Surface, Error> {
+        let [width, height] = [fine.width, fine.height].map(|side| side as usize);
+        let mut surface = Surface::unseen([width, height]);
+        let rows = (BAND_PX / width).next_multiple_of(TILE_PX).max(TILE_PX);
+        for first in (0..height).step_by(rows) {
+            let band = Camera {
+                height: index32(rows.min(height - first)),
+                cy: fine.cy - first as f64,
+                ..*fine
+            };
+            surface.lay(&self.render(&band)?.image, first);
+        }
+        Ok(surface)
     }
 
     /// As [`Renderer::render_until`], with `surfaces` of other renderers inside the volume, in any order: each ray sees them where it

@@ -1,4 +1,4 @@
-//! Meshes that stand in a volume, as they are typed or held in memory.
+//! Meshes and isosurfaces that stand in a volume, as they are typed or held in memory.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -43,6 +43,33 @@ impl MeshWord {
         Ok(Self {
             path: PathBuf::from(path),
             held: None,
+            colour,
+            opacity,
+        })
+    }
+}
+
+/// An isosurface that stands in its volume.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IsoWord {
+    /// The value of the surface.
+    pub value: f64,
+    /// Linear; `None` for the transfer function's colour of the value.
+    pub colour: Option<[f32; 3]>,
+    /// Above 0, at most 1.
+    pub opacity: f32,
+}
+
+impl IsoWord {
+    /// `VALUE`, `VALUE:COLOUR`, `VALUE:COLOUR,OPACITY` or `VALUE:,OPACITY`.
+    pub fn of_text(text: &str) -> Result<Self, String> {
+        let (value, look) = text.split_once(':').unwrap_or((text, ""));
+        let value = value.parse().ok().filter(|value: &f64| value.is_finite());
+        let (colour, opacity) = mesh_look(look)?;
+        Ok(Self {
+            value: value.ok_or(
+                "expected a value, then perhaps a colon and a colour, such as 300:white,0.5",
+            )?,
             colour,
             opacity,
         })
@@ -108,6 +135,27 @@ mod tests {
         ] {
             let error = MeshWord::of_file(text).expect_err(text);
             assert!(error.contains(why), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn an_isosurface_has_a_value_and_the_look_of_a_mesh() {
+        let iso = |value, colour, opacity| IsoWord {
+            value,
+            colour,
+            opacity,
+        };
+        let red = Some([1.0, 0.0, 0.0]);
+        for (text, word) in [
+            ("300", iso(300.0, None, 1.0)),
+            ("-2.5e3:red", iso(-2500.0, red, 1.0)),
+            ("1:255,0,0,0.5", iso(1.0, red, 0.5)),
+            ("0:,0.25", iso(0.0, None, 0.25)),
+        ] {
+            assert_eq!(IsoWord::of_text(text), Ok(word), "{text}");
+        }
+        for text in ["", "bone", "inf", "3:rot", "3:red,2"] {
+            assert!(IsoWord::of_text(text).is_err(), "{text}");
         }
     }
 }

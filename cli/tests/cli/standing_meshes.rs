@@ -1,4 +1,4 @@
-//! Meshes that stand in a volume: `--mesh FILE[:COLOUR[,OPACITY]]`.
+//! Meshes and isosurfaces that stand in a volume: `--mesh FILE[:COLOUR[,OPACITY]]`, `--with-iso VALUE[:COLOUR[,OPACITY]]`.
 
 use std::fs;
 
@@ -146,7 +146,7 @@ fn meshes_that_cannot_stand_are_refused() {
         ),
         (
             "--mesh rod.obj --order every-sample",
-            "--mesh goes with the field alone",
+            "--mesh and --with-iso go with the field alone",
         ),
     ] {
         let output = bench.run(&format!("volsplat ball.raw {BALL} -o out/a.png {words}"));
@@ -155,4 +155,48 @@ fn meshes_that_cannot_stand_are_refused() {
         assert!(said.contains(why), "{words}: {said}");
         assert!(!bench.path("out/a.png").exists(), "{words}");
     }
+}
+
+#[test]
+fn isosurfaces_stand_in_the_volume_one_behind_another() {
+    let bench = bench();
+    let veil = "--window 200,400 --shade none --colormap greys --opacity-scale 0.01";
+    let pixel = |words: &str| {
+        picture(&bench, &format!("{veil} {words}"))
+            .get_pixel(32, 32)
+            .0
+            .map(u32::from)
+    };
+    let [r, g, b] = pixel("--with-iso 200:red");
+    assert!(r > 2 * g.max(b), "red through a veil: {r} {g} {b}");
+    let [r, g, b] = pixel("--with-iso 200:red --with-iso 100:blue");
+    assert!(b > 2 * r.max(g), "the outer one hides it: {r} {g} {b}");
+    let [r, _, b] = pixel("--with-iso 200:red --with-iso 100:blue,0.5");
+    assert!(
+        b > 60 && r > 60,
+        "and half of it shows the inner one: {r} {b}"
+    );
+    let with_rod = picture(
+        &bench,
+        &format!("{veil} --with-iso 100:blue,0.5 --mesh rod.obj:red"),
+    );
+    let [r, _, b] = with_rod.get_pixel(32, 32).0;
+    assert!(r > 40 && b > 40, "a rod inside: {r} {b}");
+    let refused = bench.run(&format!(
+        "volsplat ball.raw {BALL} --order every-sample --with-iso 100 -o out/b.png"
+    ));
+    assert!(!refused.status.success());
+    assert!(
+        stderr(&refused).contains("leave them out"),
+        "{}",
+        stderr(&refused)
+    );
+    let refused = bench.run(&format!(
+        "volsplat ball.raw {BALL} --with-iso bone -o out/b.png"
+    ));
+    assert!(
+        stderr(&refused).contains("300:white,0.5"),
+        "{}",
+        stderr(&refused)
+    );
 }

@@ -177,6 +177,96 @@ fn surfaces_are_sorted_at_every_pixel() {
     }
 }
 
+/// The scalar between voxels, which are read anew; `None` outside.
+fn scalar(volume: &Volume, place: DVec3) -> Option<f64> {
+    let last = DVec3::splat((SIDE - 1) as f64);
+    if place.cmplt(DVec3::ZERO).any() || place.cmpgt(last).any() {
+        return None;
+    }
+    let corner = place.floor().min(last - 1.0);
+    let within = place - corner;
+    let at = |x: f64, y: f64, z: f64| {
+        let [x, y, z] = [corner.x + x, corner.y + y, corner.z + z].map(|v| v as usize);
+        volume.value((z * SIDE + y) * SIDE + x)
+    };
+    let line = |y, z| (1.0 - within.x) * at(0.0, y, z) + within.x * at(1.0, y, z);
+    let sheet = |z| (1.0 - within.y) * line(0.0, z) + within.y * line(1.0, z);
+    Some((1.0 - within.z) * sheet(0.0) + within.z * sheet(1.0))
+}
+
+/// Step along a ray, voxels. A surface that is met and left within one is missed.
+const STEP: f64 = 0.1;
+
+/// Camera z at which a ray first meets the surface of `value`, by small steps and then halves.
+fn crossing(volume: &Volume, value: f64, camera: &Camera, screen: DVec2) -> Option<f64> {
+    let (origin, direction) = camera.ray_in_camera(screen);
+    let world_from_camera = camera.camera_from_world.inverse();
+    let from = world_from_camera.transform_point3(origin);
+    let towards = world_from_camera.transform_vector3(direction);
+    let is_inside = |z: f64| scalar(volume, from + z * towards).is_some_and(|found| found >= value);
+    let step = STEP / towards.length();
+    let middle = DVec3::splat(0.5 * (SIDE - 1) as f64);
+    let near = (middle - from).dot(towards) / towards.length_squared() - 45.0 / towards.length();
+    let steps = (90.0 / STEP) as usize;
+    let begin = near.max(camera.near);
+    let hit = (0..steps).find(|&i| is_inside(begin + i as f64 * step))?;
+    let (mut out, mut inside) = (begin + (hit as f64 - 1.0) * step, begin + hit as f64 * step);
+    for _ in 0..40 {
+        let half = 0.5 * (out + inside);
+        if is_inside(half) {
+            inside = half;
+        } else {
+            out = half;
+        }
+    }
+    Some(inside)
+}
+
+#[test]
+fn an_isosurface_stands_in_its_volume() {
+    let volume = volume();
+    let (low, high) = volume.voxels.finite_range();
+    let value = low + 0.72 * (high - low);
+    let colour = [0.8, 0.1, 0.2];
+    let surfaces = RenderOptions {
+        order: Order::Field(FieldOptions {
+            blend: Blend::Isosurface(Isosurface {
+                value,
+                colour: Some(colour),
+                opacity: 1.0,
+            }),
+            ..FieldOptions::default()
+        }),
+        ..RenderOptions::default()
+    };
+    let look = look(&volume, 0.05);
+    let mut truth = AreaTruth::new(&volume, &look);
+    truth.rays_per_side = 8;
+    let mut renderer = Renderer::new(&volume, &look, &RenderOptions::default()).expect("valid");
+    let mut isosurface = Renderer::new(&volume, &look, &surfaces).expect("valid");
+    for ((name, camera), opacity) in cameras().into_iter().zip([1.0, 0.4, 1.0, 0.4]) {
+        let subpixels = renderer.subpixels(&camera).expect("a field");
+        let mut surface = isosurface.surface(&camera, subpixels).expect("valid");
+        surface.fade(1.0 - opacity as f32);
+        let image = among(&mut renderer, &camera, &[surface]);
+        let met = |screen| {
+            let z = crossing(&volume, value, &camera, screen);
+            let [r, g, b] = colour.map(|channel| opacity * f64::from(channel));
+            let surface = z.map(|z| MetSurface {
+                z,
+                rgba: [r, g, b, opacity],
+            });
+            surface.into_iter().collect()
+        };
+        let db = psnr_db(&image, &truth.render_among(&camera, &met));
+        assert!(db > LEAST_DB, "{name} {opacity}: {db:.1} dB");
+    }
+    assert!(
+        renderer.surface(&cameras()[0].1, 1).is_err(),
+        "emission is no surface"
+    );
+}
+
 /// A box of fog: a value everywhere.
 fn fog(side: usize) -> Volume {
     let values = vec![1.0; side.pow(3)];

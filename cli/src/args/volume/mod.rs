@@ -23,7 +23,7 @@ pub use crate::args::volume::channels::{ChannelArgs, ComponentLook, LookWords, V
 use crate::args::short_help;
 use crate::values;
 use crate::values::Window;
-use crate::values::mesh_word::MeshWord;
+use crate::values::mesh_word::{IsoWord, MeshWord};
 
 /// How the volume file is read.
 #[derive(Args, Clone, Debug, Default)]
@@ -108,6 +108,12 @@ pub struct SceneArgs {
     /// keeps its own colours. OPACITY is 0 to 1: skull.ply:white,0.3. Of a translucent mesh the nearest side is seen.
     #[arg(long = "mesh", value_name = "FILE[:COLOUR[,OPACITY]]", value_parser = MeshWord::of_file)]
     pub meshes: Vec<MeshWord>,
+    /// Surface of a value inside the volume, beside the volume itself; may be given several times
+    ///
+    /// COLOUR paints it: red, #ff8000 or R,G,B; without it the transfer function does. OPACITY is 0 to 1: 300:white,0.5. The nearest side is
+    /// seen. --iso draws a surface alone.
+    #[arg(long = "with-iso", value_name = "VALUE[:COLOUR[,OPACITY]]", value_parser = IsoWord::of_text, allow_hyphen_values = true)]
+    pub isosurfaces: Vec<IsoWord>,
 }
 
 /// How values become colour and opacity.

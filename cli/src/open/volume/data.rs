@@ -11,8 +11,8 @@ use resample_io::Gate;
 use volsplat::input::{Format, format_of, peek};
 use volsplat::large::most_brick_bytes;
 use volsplat::{
-    Blend, Described, LabelLook, LargeVolume, LoadOptions, Order, RenderOptions, Renderer,
-    TransferFunction, Volume,
+    Blend, Described, FieldOptions, Isosurface, LabelLook, LargeVolume, LoadOptions, Order,
+    RenderOptions, Renderer, Scene, Shading, TransferFunction, Volume,
 };
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
@@ -29,6 +29,7 @@ use crate::open::volume::step_values::StepValues;
 use crate::open::volume::time_steps::TimeSteps;
 use crate::output;
 use crate::process::report::{Progress, watch};
+use crate::values::mesh_word::IsoWord;
 
 /// The content to draw.
 pub(crate) struct Content {
@@ -264,6 +265,53 @@ impl Content {
                 *renderer = self.renderer(keeping, Progress::Hidden)?;
                 Ok(())
             }
+        }
+    }
+
+    /// A renderer of an isosurface that stands in the volume.
+    pub(crate) fn isosurface(&self, word: &IsoWord) -> Result<Renderer, volsplat::Error> {
+        let scene = self.scene_in_memory()?;
+        Renderer::with_scene(&scene, &self.isosurface_options(word))
+    }
+
+    /// Draws an isosurface of the present look.
+    pub(crate) fn change_isosurface(
+        &self,
+        word: &IsoWord,
+        renderer: &mut Renderer,
+    ) -> Result<(), volsplat::Error> {
+        let scene = self.scene_in_memory()?;
+        renderer.update_scene(&scene, &self.isosurface_options(word))
+    }
+
+    fn scene_in_memory(&self) -> Result<Scene<'_>, volsplat::Error> {
+        match &self.data {
+            Data::Memory(volumes) => Ok(volumes.scene(&self.look)),
+            Data::Stored(_) => {
+                let why =
+                    "an isosurface in a volume needs all voxels in memory: raise --max-memory";
+                Err(volsplat::Error::Option(why.to_owned()))
+            }
+        }
+    }
+
+    fn isosurface_options(&self, word: &IsoWord) -> RenderOptions {
+        let look = &self.look.options;
+        RenderOptions {
+            order: Order::Field(FieldOptions {
+                blend: Blend::Isosurface(Isosurface {
+                    value: word.value,
+                    colour: word.colour,
+                    opacity: 1.0,
+                }),
+                ..look.field().cloned().unwrap_or_default()
+            }),
+            shading: match look.shading {
+                Shading::None => Shading::Phong,
+                lit => lit,
+            },
+            gradient_opacity: None,
+            ..look.clone()
         }
     }
 

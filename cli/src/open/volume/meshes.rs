@@ -1,9 +1,9 @@
-//! Meshes that stand in a volume: implants, electrodes, outlines.
+//! Meshes and isosurfaces that stand in a volume: implants, electrodes, outlines, bone in its flesh.
 //!
-//! Each file is read and prepared by texmap once, and drawn for each picture at the volume's sub-pixels; volsplat composites it where
-//! its rays meet it. Of a translucent mesh the nearest side is seen.
+//! Each file is read and prepared by texmap once, each isosurface by volsplat, and drawn for each picture at the volume's sub-pixels; volsplat composites it where
+//! its rays meet it. Of a translucent surface the nearest side is seen.
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Error, Result, bail};
 use glam::DVec3;
 use resample_core::{Camera, Surface};
 use resample_io::Gate;
@@ -11,13 +11,16 @@ use texmap::scene::{AlphaMode, Lighting, Sides};
 use texmap::{LoadOptions, Loaded, Shade};
 use volsplat::{Light, Order, RenderOptions, Renderer};
 
+use crate::args::SceneArgs;
 use crate::open::mesh::corners;
+use crate::open::volume::data::Content;
 use crate::process::report;
-use crate::values::mesh_word::MeshWord;
+use crate::values::mesh_word::{IsoWord, MeshWord};
 
 /// The meshes of a picture, in the order in which they were typed.
 pub(crate) struct Meshes {
     all: Vec<StandingMesh>,
+    isosurfaces: Vec<(IsoWord, Renderer)>,
 }
 
 struct StandingMesh {
@@ -28,19 +31,25 @@ struct StandingMesh {
 }
 
 impl Meshes {
-    /// Reads the files.
-    pub(crate) fn read(words: &[MeshWord], render: &RenderOptions, gate: &Gate) -> Result<Self> {
-        let all = words
-            .iter()
-            .map(|word| StandingMesh::read(word, render, gate));
+    /// Reads the files, and prepares the isosurfaces.
+    pub(crate) fn read(args: &SceneArgs, content: &Content, gate: &Gate) -> Result<Self> {
+        let render = &content.look.options;
+        let all = args.meshes.iter();
+        let all = all.map(|word| StandingMesh::read(word, render, gate));
+        let isosurfaces = args.isosurfaces.iter();
+        let isosurfaces = isosurfaces.map(|word| {
+            let renderer = content.isosurface(word).context("--with-iso")?;
+            Ok((*word, renderer))
+        });
         Ok(Self {
             all: all.collect::<Result<_>>()?,
+            isosurfaces: isosurfaces.collect::<Result<_>>()?,
         })
     }
 
-    /// Returns true if the volume has no meshes.
+    /// Returns true if nothing stands in the volume.
     pub(crate) fn is_empty(&self) -> bool {
-        self.all.is_empty()
+        self.all.is_empty() && self.isosurfaces.is_empty()
     }
 
     /// Refuses a renderer in which no meshes can stand.
@@ -49,18 +58,24 @@ impl Meshes {
             return Ok(());
         }
         if !matches!(render.order, Order::Field(_)) {
-            bail!("--mesh goes with the field alone: leave out --mesh, or the options of samples");
+            bail!(
+                "--mesh and --with-iso go with the field alone: leave them out, or the options of samples"
+            );
         }
         if renderer.reads_file() {
             bail!(
-                "--mesh needs all visible voxels in memory: raise --max-memory, or leave out --mesh"
+                "--mesh and --with-iso need all visible voxels in memory: raise --max-memory, or leave them out"
             );
         }
         Ok(())
     }
 
-    /// Lights the meshes as these options light the volume.
-    pub(crate) fn light_as(&mut self, render: &RenderOptions) -> Result<()> {
+    /// Lights the meshes as the volume is lit now, and takes the isosurfaces of its present look.
+    pub(crate) fn follow(&mut self, content: &Content) -> Result<()> {
+        let render = &content.look.options;
+        for (word, renderer) in &mut self.isosurfaces {
+            content.change_isosurface(word, renderer)?;
+        }
         for mesh in &mut self.all {
             let options = lit(&mesh.word, render);
             if options != mesh.options {
@@ -91,21 +106,34 @@ impl Meshes {
             return Ok(Vec::new());
         }
         let subpixels = volume.subpixels(camera)?;
-        let surface = |mesh: &mut StandingMesh| {
-            let mut surface = mesh.renderer.surface(camera, subpixels)?;
-            if mesh.word.opacity < 1.0 {
-                surface.fade(1.0 - mesh.word.opacity);
+        let faded = |mut surface: Surface, opacity: f32| {
+            if opacity < 1.0 {
+                surface.fade(1.0 - opacity);
             }
-            Ok(surface)
+            surface
         };
-        self.all.iter_mut().map(surface).collect()
+        let mut surfaces = Vec::new();
+        for mesh in &mut self.all {
+            let surface = mesh.renderer.surface(camera, subpixels)?;
+            surfaces.push(faded(surface, mesh.word.opacity));
+        }
+        for (word, renderer) in &mut self.isosurfaces {
+            let surface = renderer.surface(camera, subpixels)?;
+            surfaces.push(faded(surface, word.opacity));
+        }
+        Ok(surfaces)
     }
 
     /// Camera z of the nearest of them in the picture of a camera with one pixel.
     pub(crate) fn depth(&mut self, pixel: &Camera) -> Result<Option<f64>> {
         let mut nearest: Option<f64> = None;
-        for mesh in &mut self.all {
-            let surface = mesh.renderer.surface(pixel, 1)?;
+        let meshes = self.all.iter_mut();
+        let meshes = meshes.map(|mesh| mesh.renderer.surface(pixel, 1).map_err(Error::from));
+        let isosurfaces = self.isosurfaces.iter_mut();
+        let isosurfaces =
+            isosurfaces.map(|(_, renderer)| renderer.surface(pixel, 1).map_err(Error::from));
+        for surface in meshes.chain(isosurfaces) {
+            let surface = surface?;
             let depth = surface.tile([0, 0]).map(|tile| f64::from(tile.depth[0][0]));
             if let Some(depth) = depth.filter(|depth| depth.is_finite()) {
                 nearest = Some(nearest.map_or(depth, |nearest| nearest.min(depth)));

@@ -119,7 +119,7 @@ impl OpenVolume {
         self.content.decide(&args, self.plan.finish.format)?;
         self.content.change(&mut self.renderer, self.keeping)?;
         self.args = args;
-        self.meshes.light_as(&self.content.look.options)
+        self.meshes.follow(&self.content)
     }
 
     /// The light and blending that go with the look, where none were typed.
@@ -217,7 +217,7 @@ impl OpenVolume {
         if reuse == Reuse::NeedsRenderer {
             self.renderer = self.content.renderer(self.keeping, Progress::Hidden)?;
         }
-        self.meshes.light_as(&self.content.look.options)
+        self.meshes.follow(&self.content)
     }
 
     fn stats_before_drawing(&self, request: &Request) -> RunStats {
@@ -355,7 +355,7 @@ fn loaded(
     let renderer = content
         .renderer(keeping, progress)
         .with_context(|| format!("{}: cannot be drawn", args.input.path.display()))?;
-    let meshes = Meshes::read(&args.scene.meshes, &content.look.options, plan.gate())?;
+    let meshes = Meshes::read(&args.scene, &content, plan.gate())?;
     meshes.check(&renderer, &content.look.options)?;
     let classify_ms = report::ms_since(start);
     Ok(OpenVolume {

@@ -100,9 +100,12 @@ impl OpenScene for OpenVolume {
                 motion.forget();
             }
         }
-        match &mut self.motion {
-            Some(motion) => motion.set(number, &mut self.renderer, &mut self.content),
-            None => Ok(()),
+        if let Some(motion) = &mut self.motion {
+            motion.set(number, &mut self.renderer, &mut self.content)?;
+        }
+        match self.steps.is_some() || self.motion.is_some() {
+            true => self.meshes.follow(&self.content),
+            false => Ok(()),
         }
     }
 
@@ -210,6 +213,7 @@ impl OpenScene for OpenVolume {
                     }
                     motion.set(shot.number, &mut renderer, content)?;
                 }
+                meshes.follow(content)?;
             }
             picture::in_window(shot.camera, &shot.window, &mut |camera| {
                 let both = (&mut renderer, &mut meshes);

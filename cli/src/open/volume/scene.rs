@@ -24,6 +24,7 @@ use crate::open::volume::file::{load_options, with_part};
 use crate::open::volume::step_values::StepValues;
 use crate::process::report;
 use crate::values::input_file::InputFile;
+use crate::values::mesh_word::IsoWord;
 
 /// All volumes of a picture.
 pub(crate) struct Volumes {
@@ -258,6 +259,14 @@ pub(crate) fn record(args: &SceneArgs) -> Value {
             "opacity": mesh.opacity,
         })
     });
+    let isosurfaces = args.isosurfaces.iter();
+    let isosurfaces = isosurfaces.map(
+        |IsoWord {
+             value,
+             colour,
+             opacity,
+         }| { json!({ "value": value, "colour": colour, "opacity": opacity }) },
+    );
     json!({
         "mask": args.mask.as_deref().map(report::name),
         "labels": args.labels,
@@ -265,6 +274,7 @@ pub(crate) fn record(args: &SceneArgs) -> Value {
         "channels": components.collect::<Vec<_>>(),
         "also": also.collect::<Vec<_>>(),
         "meshes": meshes.collect::<Vec<_>>(),
+        "isosurfaces": isosurfaces.collect::<Vec<_>>(),
     })
 }
 
