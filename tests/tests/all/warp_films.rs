@@ -312,7 +312,7 @@ fn fills_beside_a_head_that_moves_do_not_flicker() {
     println!(
         "fills from picture to picture, codes, alone and from the film: {all:.2?}, away from edges {within:.2?}"
     );
-    assert!(all[1] < 0.9 * all[0], "{all:?}");
+    assert!(all[1] < 0.6 * all[0], "{all:?}");
     assert!(within[1] < 0.1 && within[0] > 1.0, "{within:?}");
 }
 

@@ -26,6 +26,9 @@ const FAR_PX: f32 = 1.5;
 /// How far the plate goes on beyond what is hidden, px: a mixed pixel and the edge that is left out.
 const AROUND: usize = EDGE + 2;
 
+/// Reach of a nearer thing's motion, blocks of the flow: where there is little to see beside it, four patches, since motion is found from coarse to fine.
+const BESIDE: usize = 4 * PATCH;
+
 /// Levels of the pyramid in which farther things are looked for.
 const LEVELS: usize = 7;
 
@@ -283,7 +286,7 @@ struct Level {
 
 /// The motion of what lies behind each pixel: of the nearest farther thing around it, else its own.
 ///
-/// Motion beside a nearer thing is that thing's as far as a patch reaches: such places ask those farther off.
+/// Motion beside a nearer thing may be that thing's: such places ask those farther off.
 fn far_ways(now: &Shown) -> Flow {
     let flow = now.flow;
     let (width, height) = (flow.width, flow.height);
@@ -298,7 +301,7 @@ fn far_ways(now: &Shown) -> Flow {
         now.nearness[y * now.width + x]
     };
     let own: Vec<f32> = (0..width * height).map(at).collect();
-    let largest = largest_around(&own, width, PATCH);
+    let largest = largest_around(&own, width, BESIDE);
     let usable = |(&own, &largest): (&f32, &f32)| match largest > own * (1.0 + JUMP) {
         true => f32::INFINITY,
         false => own,
