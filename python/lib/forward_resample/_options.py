@@ -98,6 +98,8 @@ class VolumeOptions(FramedOptions, total=False):
     channel: Any
     #: Mesh that stands in the volume, in the volume's world coordinates; may be given several times
     mesh: Any
+    #: Surface of a value inside the volume, beside the volume itself; may be given several times
+    with_iso: Any
     #: The step of a volume over time that decides look and view, counted from 0; all: the values of all of them
     look_of: Value
     #: Order of compositing [default: field; an option that only one order has selects that order, and a single slice is drawn by every-sample]
