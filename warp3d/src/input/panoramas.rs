@@ -84,7 +84,7 @@ pub fn panorama(
 /// have a common row.
 ///
 /// # Errors
-/// As [`panorama`].
+/// As [`panorama()`].
 pub fn unrolled(
     picture: &Picture,
     stored: &Plane,
