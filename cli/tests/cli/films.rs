@@ -383,7 +383,7 @@ fn a_killed_film_is_gone_on_with() {
     assert!((film - 300.0 * 1001.0 / 30_000.0).abs() < 1e-3, "{film} s");
     assert!((sound - film).abs() < 0.5, "{sound} s of sound");
 
-    // Other settings are another film: what is left of this one is replaced.
+    // A mark of other settings: the pieces are replaced.
     fs::create_dir(bench.path("killed.mp4.pieces")).expect("a folder");
     bench.write("killed.mp4.pieces/mark", b"another");
     bench.write("killed.mp4.pieces/0000000.mp4", b"no film");

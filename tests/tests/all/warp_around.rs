@@ -284,7 +284,7 @@ fn a_half_panorama_is_the_room_ahead_of_each_eye() {
             });
             let index_pos =
                 |index: usize| DVec2::new((index % 512) as f64, (index / 512) as f64) + 0.5;
-            // Within the lens, less what the eye's place hides at its sides.
+            // The lens's field of view, without the margins that one eye alone sees.
             let on_plane = |index: usize| {
                 let towards = ahead(index_pos(index));
                 towards.truncate() / towards.z

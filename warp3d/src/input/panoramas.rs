@@ -20,7 +20,7 @@ use crate::{Error, Reference};
 /// Columns of a panorama that are repeated at both ends: more than the spline and an interpolation read.
 const REPEATED: usize = 8;
 
-/// The part of its width by which an unrolled panorama is repeated at each end: 22.5 degrees, the turn of what is 2.6 times half the baseline away, 8 cm with human eyes.
+/// An unrolled panorama repeats this part of its width at each end, 22.5 degrees. A sample turns by that much at 2.6 times half the baseline, 8 cm with human eyes; nothing is nearer.
 const MARGIN: usize = 16;
 
 /// Latitude up to which the eyes of a pair are as far apart as was asked for: ceilings and floors. A guess.

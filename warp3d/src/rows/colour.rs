@@ -168,7 +168,7 @@ impl Shown<'_> {
         sum
     }
 
-    /// A pixel beside an edge: each surface in its window weighs what the pixel's Gaussian gives it, and is looked up at the mean of its places.
+    /// A pixel beside an edge. The pixel's Gaussian gives each surface in its window a weight; the surface's colour is that of the spline at the mean of its places.
     fn at_edge(&self, x: usize, window: Range<usize>) -> Option<Pixel> {
         let scan = self.scan;
         // A window that begins with the picture has lost its first pixel.

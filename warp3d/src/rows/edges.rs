@@ -152,7 +152,7 @@ fn take_apart(
             colours[right] = without(colours[right], mixed.across, -of_left);
         }
         (reaches[left][1], reaches[right][0]) = (place, 1.0 - place);
-        // The farther one goes on; beside what is unknown that is the right one.
+        // The farther surface continues behind the nearer one. Where the left depth is unknown, the right surface continues.
         match disparity[left] < disparity[right] {
             true => reaches[left][1] += BEHIND,
             false => reaches[right][0] += BEHIND,
