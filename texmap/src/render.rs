@@ -8,7 +8,8 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 use resample_core::clock::StageClock;
-use resample_core::tile::{TILE_PX, TileLists};
+use resample_core::composite::surface::SAMPLES_PER_SIDE;
+use resample_core::tile::TileLists;
 use resample_core::{Camera, Image, Reuse, Surface};
 
 use crate::finish::tone;
@@ -25,12 +26,6 @@ use crate::tile::task::{FrameView, TileImage, near_key};
 use crate::tile::{StageBuffers, draw_tile};
 use crate::visibility::filter::PixelFilter;
 use crate::{Error, Scene};
-
-/// Lines of samples of a pixel that is drawn for another renderer: those of [`RenderOptions::subpixels`] by default.
-const PIXEL_SAMPLES: u32 = 4;
-
-/// Pixels that are drawn at once for another renderer: 64 MiB of colour.
-const BAND_PX: usize = 1 << 22;
 
 /// Renders one prepared scene, frame after frame.
 #[derive(Clone, Debug)]
@@ -288,7 +283,7 @@ impl Renderer {
         };
         let fine = camera.resized(width, height).map_err(|_| too_many())?;
         let own = self.options.clone();
-        let samples = (PIXEL_SAMPLES / subpixels).max(1);
+        let samples = (SAMPLES_PER_SIDE / subpixels).max(1);
         let _kept = self.update(&RenderOptions {
             planes: vec![PlaneKind::Depth],
             subpixels: samples,
@@ -296,15 +291,13 @@ impl Renderer {
         })?;
         self.filter = PixelFilter::as_square(samples as usize);
         let size = [fine.width as usize, fine.height as usize];
-        let mut surface = Surface::unseen(size);
-        let rows = (BAND_PX / size[0]).next_multiple_of(TILE_PX).max(TILE_PX);
-        let drawn = (0..size[1]).step_by(rows).try_for_each(|first| {
-            let band = [size[0], rows.min(size[1] - first)];
-            surface.lay(&self.render_window(&fine, [0, first], band)?.image, first);
-            Ok(())
+        let drawn = Surface::in_bands(size, |first, rows| {
+            Ok(self
+                .render_window(&fine, [0, first], [size[0], rows])?
+                .image)
         });
         let _kept = self.update(&own)?;
-        drawn.map(|()| surface)
+        drawn
     }
 
     /// Draws every tile: the stages visibility, accumulate and resolve.

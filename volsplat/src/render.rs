@@ -6,9 +6,9 @@
 
 use glam::DVec3;
 use resample_core::clock::StageClock;
+use resample_core::composite::surface::SAMPLES_PER_SIDE;
 use resample_core::image::Plane;
 use resample_core::narrow::index32;
-use resample_core::tile::TILE_PX;
 use resample_core::{Camera, Image, Projection, Reuse, Stop, Surface};
 use resample_volume::Watch;
 use resample_volume::volume::{Described, Lattice};
@@ -25,12 +25,6 @@ use crate::paper::{EverySample, KernelSheets, Painting};
 use crate::picture::{TileSlot, picture, refined};
 use crate::stats::FrameStats;
 use crate::{Error, Volume};
-
-/// Samples along a pixel's side of a surface for another renderer, at least: its edges are as smooth as those of meshes.
-const PIXEL_SAMPLES: u32 = 4;
-
-/// Most sub-pixels of a band of such a surface: 80 MB with depth and colour.
-const BAND_PX: usize = 1 << 22;
 
 /// Renders one prepared volume, frame after frame.
 #[derive(Clone, Debug)]
@@ -353,30 +347,24 @@ impl Renderer {
             return Err(Error::Option(why.into()));
         }
         let own = self.options.clone();
-        let samples = (PIXEL_SAMPLES / subpixels.max(1)).max(1);
+        let samples = (SAMPLES_PER_SIDE / subpixels.max(1)).max(1);
         let _kept = self.update(&RenderOptions {
             subpixels: Subpixels::Fixed(samples),
             depth: DepthPlane::Expected,
             ..own.clone()
         })?;
-        let drawn = self.surface_in_bands(&refined(&camera, subpixels).0);
+        let fine = refined(&camera, subpixels).0;
+        let size = [fine.width, fine.height].map(|side| side as usize);
+        let drawn = Surface::in_bands(size, |first, rows| {
+            let band = Camera {
+                height: index32(rows),
+                cy: fine.cy - first as f64,
+                ..fine
+            };
+            Ok(self.render(&band)?.image)
+        });
         let _kept = self.update(&own)?;
         drawn
-    }
-
-    fn surface_in_bands(&mut self, fine: &Camera) -> Result<Surface, Error> {
-        let [width, height] = [fine.width, fine.height].map(|side| side as usize);
-        let mut surface = Surface::unseen([width, height]);
-        let rows = (BAND_PX / width).next_multiple_of(TILE_PX).max(TILE_PX);
-        for first in (0..height).step_by(rows) {
-            let band = Camera {
-                height: index32(rows.min(height - first)),
-                cy: fine.cy - first as f64,
-                ..*fine
-            };
-            surface.lay(&self.render(&band)?.image, first);
-        }
-        Ok(surface)
     }
 
     /// As [`Renderer::render_until`], with `surfaces` of other renderers inside the volume, in any order: each ray sees them where it

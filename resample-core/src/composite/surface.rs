@@ -6,6 +6,12 @@ use crate::Image;
 use crate::composite::maps::TilePlane;
 use crate::tile::TILE_PX;
 
+/// Samples along a pixel's side of a surface that one renderer draws for another, at least: the default of meshes.
+pub const SAMPLES_PER_SIDE: u32 = 4;
+
+/// Pixels of a band: 64 MiB of colour.
+const BAND_PX: usize = 1 << 22;
+
 /// A depth map with colours: each pixel, or each sub-pixel of a picture, holds the depth and the colour of the nearest surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
@@ -54,6 +60,23 @@ impl Surface {
             height,
             tiles: vec![None; tiles],
         }
+    }
+
+    /// A surface of this size of which `draw` gives the picture of some rows, from the first one and how many they are: whole rows of tiles, so that memory does not
+    /// grow with the picture.
+    ///
+    /// # Errors
+    /// Those of `draw`.
+    pub fn in_bands<E>(
+        [width, height]: [usize; 2],
+        mut draw: impl FnMut(usize, usize) -> Result<Image, E>,
+    ) -> Result<Self, E> {
+        let mut surface = Self::unseen([width, height]);
+        let rows = (BAND_PX / width).next_multiple_of(TILE_PX).max(TILE_PX);
+        for first in (0..height).step_by(rows) {
+            surface.lay(&draw(first, rows.min(height - first))?, first);
+        }
+        Ok(surface)
     }
 
     /// Width and height, pixels.
@@ -140,6 +163,27 @@ mod tests {
         let tile = surface.tile([0, 1]).expect("row 17");
         assert_eq!(tile.rgba[1][1], [0.125, 0.0, 0.0625, 0.125]);
         assert_eq!((tile.depth[1][1], tile.depth[1][0]), (3.0, f32::INFINITY));
+    }
+
+    #[test]
+    fn bands_are_the_rows_of_one_surface() {
+        let width = BAND_PX / 16;
+        let mut bands = Vec::new();
+        let surface = Surface::in_bands([width, 40], |first, rows| {
+            bands.push([first, rows]);
+            let mut picture = Image::transparent(width, rows);
+            picture.rgba[0] = [1.0; 4];
+            picture.depth = Some(vec![first as f32; width * rows]);
+            Ok::<_, ()>(picture)
+        });
+        let surface = surface.expect("drawn");
+        let [first, second] = bands[..] else {
+            panic!("two bands: {bands:?}");
+        };
+        assert_eq!([first[0], second[0] + second[1]], [0, 40]);
+        assert_eq!(first[1] % TILE_PX, 0);
+        let tile = surface.tile([0, second[0] / TILE_PX]).expect("a tile");
+        assert_eq!(tile.depth[0][0], second[0] as f32);
     }
 
     #[test]
