@@ -169,7 +169,7 @@ mod tests {
     fn bands_are_the_rows_of_one_surface() {
         let width = BAND_PX / 16;
         let mut bands = Vec::new();
-        let surface = Surface::in_bands([width, 40], |first, rows| {
+        let surface = Surface::in_bands([width, 24], |first, rows| {
             bands.push([first, rows]);
             let mut picture = Image::transparent(width, rows);
             picture.rgba[0] = [1.0; 4];
@@ -180,7 +180,7 @@ mod tests {
         let [first, second] = bands[..] else {
             panic!("two bands: {bands:?}");
         };
-        assert_eq!([first[0], second[0] + second[1]], [0, 40]);
+        assert_eq!([first[0], second[0] + second[1]], [0, 24]);
         assert_eq!(first[1] % TILE_PX, 0);
         let tile = surface.tile([0, second[0] / TILE_PX]).expect("a tile");
         assert_eq!(tile.depth[0][0], second[0] as f32);
