@@ -115,6 +115,18 @@ impl Image {
         true
     }
 
+    /// Adds the rows of a picture as wide as this one, with depth and planes, below its own.
+    pub fn append_below(&mut self, band: Self) {
+        self.height += band.height;
+        self.rgba.extend(&band.rgba);
+        if let (Some(above), Some(depth)) = (&mut self.depth, &band.depth) {
+            above.extend(depth);
+        }
+        for (above, plane) in self.planes.iter_mut().zip(&band.planes) {
+            above.values.extend(&plane.values);
+        }
+    }
+
     /// The picture laid over an opaque background (linear RGB); alpha becomes 1.
     ///
     /// ```

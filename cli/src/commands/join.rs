@@ -13,8 +13,8 @@ use resample_io::rendered;
 use crate::args::JoinArgs;
 use crate::output;
 use crate::output::{Depth, Format, FrameNames};
-use crate::picture::bands::PartMark;
-use crate::picture::{MAX_PIXELS, bands};
+use crate::picture::tiles::PartMark;
+use crate::picture::{MAX_PIXELS, tiles};
 use crate::process::report;
 use crate::process::report::Verbosity;
 use crate::values::{Grid, TileWord};
@@ -159,7 +159,7 @@ fn check_complete(tiles: &[Found]) -> Result<()> {
 fn joined(tiles: &[Found]) -> Result<Image> {
     let mut whole: Option<Image> = None;
     for Found { path, mark } in tiles {
-        let window = bands::window(
+        let window = tiles::window(
             &TileWord {
                 column: mark.place[0],
                 row: mark.place[1],

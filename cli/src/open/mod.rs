@@ -32,9 +32,9 @@ use crate::open::setting::Setting;
 use crate::open::volume::{OpenVolume, file};
 use crate::picture;
 use crate::picture::Drawn;
-use crate::picture::bands::Window;
 use crate::plan::{Change, Purpose, RunLog};
 use crate::process::report::Verbosity;
+use resample_core::camera::bands::Window;
 
 pub use crate::open::depth::fed::FedFilm;
 pub use crate::open::open_scene::Parts;
@@ -125,7 +125,7 @@ impl Opened {
     }
 
     /// Draws a window of the picture of one camera, with all planes that were asked for: the pixels that the whole picture has
-    /// there. It begins at edges of tiles ([`TILE_SIDE`](crate::picture::bands::TILE_SIDE)).
+    /// there. It begins at edges of tiles ([`TILE_SIDE`](resample_core::camera::bands::TILE_SIDE)).
     pub fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
         if *window != Window::whole(camera) && !self.has_bands() {
             bail!("this scene cannot be tiled; split the work with --frames");

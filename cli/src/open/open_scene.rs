@@ -13,8 +13,8 @@ use crate::args::Drawing;
 use crate::cameras::viewpoint;
 use crate::open::setting::Setting;
 use crate::picture::Drawn;
-use crate::picture::bands::Window;
 use crate::plan::{Change, RunLog};
+use resample_core::camera::bands::Window;
 use resample_io::figure::Figure;
 use texmap::background::Background;
 

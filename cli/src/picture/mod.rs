@@ -2,19 +2,20 @@
 //!
 //! Takes any renderer as a closure, a camera and a file name, gives what the stats file says about the picture.
 
-pub mod bands;
+pub mod tiles;
 
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
+use resample_core::camera::bands;
 use resample_core::{Camera, Image};
 pub use resample_io::camera_file::{MAX_PIXELS, check_size};
 use resample_io::figure::Figure;
 
 use crate::output;
 use crate::output::Format;
-use crate::picture::bands::Window;
 use crate::process::report::{Account, WrittenFrame};
+use resample_core::camera::bands::Window;
 use texmap::background::Background;
 
 /// How every picture of a run is finished.
@@ -57,7 +58,7 @@ pub(crate) fn in_window(
     draw: &mut dyn FnMut(&Camera) -> Result<Drawn>,
 ) -> Result<Drawn> {
     let mut account = None;
-    let image = bands::moved(camera, window, &mut |moved| {
+    let image = bands::moved::<anyhow::Error>(camera, window, &mut |moved| {
         let drawn = draw(moved)?;
         account = Some(drawn.account);
         Ok(drawn.image)

@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use crate::picture::bands::Next;
 use crate::process::report::Verbosity;
+use resample_core::camera::bands::Next;
 
 /// Called before each picture with the number of those that are done and of all; says whether it is drawn.
 pub type Follow<'a> = &'a dyn Fn(usize, usize) -> Next;

@@ -16,12 +16,12 @@ use serde_json::Value;
 use crate::args::Drawing;
 use crate::args::words::typed::Typed;
 use crate::open::Opened;
-use crate::picture::bands::Next;
 use crate::plan::{Purpose, RunLog};
 use crate::planner;
 use crate::planner::Planned;
 use crate::process::report::Verbosity;
 use crate::view::options_text::Changes;
+use resample_core::camera::bands::Next;
 
 /// The view that the page requests.
 #[derive(Clone, Debug, Deserialize, PartialEq)]

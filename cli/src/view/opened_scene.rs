@@ -12,19 +12,18 @@ use super::message::{Exactness, View};
 use super::{facts, slices};
 use crate::args::Drawing;
 use crate::args::words::content::Application;
-use crate::cameras::framing;
 use crate::cameras::viewpoint::DEFAULT_FOV_Y_DEG;
 use crate::open::Opened;
 use crate::open::open_scene::Probed;
 use crate::open::volume::OpenVolume;
 use crate::output;
-use crate::picture::bands::Window;
 use crate::plan::{DEFAULT_SIZE, Purpose};
 use crate::process::report;
 use crate::process::report::Verbosity;
 use crate::values::{BackgroundWord, Size, word};
 use crate::view::options_text::{Changes, Files, Words};
 use crate::{picture, planner, values};
+use resample_core::camera::bands::Window;
 use resample_io::camera_file;
 use resample_io::camera_file::CameraDefaults;
 use texmap::background::Background;
@@ -139,7 +138,7 @@ impl OpenedScene {
     /// The unit of lengths, where the file's format says it: millimetres of a patient, metres of glTF.
     fn unit(&mut self) -> Option<String> {
         if let Some(open) = self.opened.volume() {
-            return framing::volume::unit(open.described());
+            return open.described().lattice().length_unit();
         }
         let input = match &self.drawing {
             Drawing::Texmap(args) => &args.input,

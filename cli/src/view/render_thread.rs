@@ -18,9 +18,9 @@ use super::message::{Asked, Exactness, Goal, Motion, PictureHead, Saved, View};
 use super::message::{Job, News};
 use super::save::Saving;
 use super::{encode, save};
-use crate::picture::bands;
-use crate::picture::bands::{Next, Pace, Window};
 use crate::view::opened_scene::OpenedScene;
+use resample_core::camera::bands;
+use resample_core::camera::bands::{Next, Pace, Window};
 
 /// Time after which the end is looked for.
 const IDLE: Duration = Duration::from_millis(200);

@@ -4,6 +4,7 @@
 //! has its centre at +0.5. Everything is f64: positions may lie 1e7 units from the origin, and what later stages
 //! hold in f32 is already relative to the eye. Other conventions are converted at the edge, by the constructors.
 
+pub mod bands;
 pub mod framing;
 pub mod orbit;
 pub mod spline;

@@ -109,25 +109,3 @@ impl Small {
         }))
     }
 }
-
-/// The unit of lengths: that of the file, or millimetres where axes are named after a patient's sides.
-pub(crate) fn unit(volume: &dyn Described) -> Option<String> {
-    let told = volume.lattice().unit;
-    told.or_else(|| sides(volume).map(|_| "mm".to_owned()))
-}
-
-/// The sides of a patient that the axes point to, such as left, posterior and superior.
-pub(crate) fn sides(volume: &dyn Described) -> Option<Vec<String>> {
-    const SIDES: [&str; 6] = [
-        "left",
-        "right",
-        "anterior",
-        "posterior",
-        "inferior",
-        "superior",
-    ];
-    let space = volume.lattice().space?.to_lowercase();
-    let named: Vec<String> = space.split('-').map(str::to_owned).collect();
-    let is_patient = named.iter().all(|word| SIDES.contains(&word.as_str()));
-    is_patient.then_some(named)
-}

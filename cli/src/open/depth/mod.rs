@@ -27,10 +27,10 @@ use crate::open::open_scene::{OpenScene, Parts};
 use crate::open::setting::Setting;
 use crate::output;
 use crate::picture::Drawn;
-use crate::picture::bands::Window;
 use crate::plan::{Change, Pictures, Plan, Purpose, Request, Run, RunLog, refuse_stereo};
 use crate::process::report;
 use crate::process::report::{Notes, RunStats, Verbosity};
+use resample_core::camera::bands::Window;
 use texmap::background::Background;
 
 mod cameras;

@@ -27,11 +27,11 @@ use crate::open::gaussians::record::{account, record, scene_record};
 use crate::open::open_scene::{OpenScene, Parts, Probed};
 use crate::open::setting::Setting;
 use crate::picture::Drawn;
-use crate::picture::bands::Window;
 use crate::plan::{Change, Plan, Request, Run, RunLog};
 use crate::process::report;
 use crate::process::report::{RunStats, Verbosity};
 use crate::values::input_file::Source;
+use resample_core::camera::bands::Window;
 use texmap::background::Background;
 
 /// Gaussians that are read, ready to be drawn.

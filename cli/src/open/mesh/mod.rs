@@ -27,12 +27,12 @@ use crate::open::figure::FigureFacts;
 use crate::open::open_scene::{OpenScene, Parts, Probed};
 use crate::open::setting::Setting;
 use crate::output::Format;
-use crate::picture::bands::Window;
 use crate::picture::{Drawn, Finish};
 use crate::plan::{Change, Plan, Request, Run, RunLog};
 use crate::process::report;
 use crate::process::report::{Account, Cost, RunStats, Verbosity};
 use crate::{output, plan};
+use resample_core::camera::bands::Window;
 use texmap::background::Background;
 
 /// A mesh that is read, ready to be drawn.

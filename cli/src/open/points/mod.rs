@@ -26,11 +26,11 @@ use crate::open::setting::Setting;
 use crate::output;
 use crate::output::Format;
 use crate::picture::Drawn;
-use crate::picture::bands::Window;
 use crate::plan;
 use crate::plan::{Change, Plan, Purpose, Request, Run, RunLog};
 use crate::process::report;
 use crate::process::report::{Account, Cost, RunStats, Verbosity};
+use resample_core::camera::bands::Window;
 use texmap::background::Background;
 
 /// A scan that is read, ready to be drawn.

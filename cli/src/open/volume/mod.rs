@@ -141,14 +141,14 @@ impl OpenVolume {
     fn figure_facts(&self) -> FigureFacts {
         let described = self.described();
         // The first letters of a patient's sides, as scans have them in their corners.
-        let letters = framing::volume::sides(described).map(|sides| {
+        let letters = described.lattice().patient_sides().map(|sides| {
             let letter = |side: &String| side.chars().next().map(|c| c.to_uppercase().to_string());
             sides.iter().filter_map(letter).collect::<Vec<_>>()
         });
         let names = letters.and_then(|letters| <[String; 3]>::try_from(letters).ok());
         FigureFacts {
             bounds: self.visible_bounds_in_world(),
-            unit: framing::volume::unit(described),
+            unit: described.lattice().length_unit(),
             names: names.unwrap_or(["x", "y", "z"].map(str::to_owned)),
             colours: self.colour_scale(),
         }

@@ -15,11 +15,11 @@ use crate::open::setting::Setting;
 use crate::open::volume::{OpenVolume, drawn, motion, request, turn};
 use crate::output;
 use crate::picture;
-use crate::picture::bands::Window;
 use crate::picture::{Drawn, Shot};
 use crate::plan::{Change, Plan, Run, RunLog};
 use crate::process::report;
 use crate::process::report::{Progress, RunStats, Verbosity};
+use resample_core::camera::bands::Window;
 use texmap::background::Background;
 
 impl OpenScene for OpenVolume {

@@ -21,8 +21,9 @@ use resample_io::rendered::{self, Content, Description};
 use serde_json::Value;
 
 use crate::output::{Film, FilmPlan, Format, FrameNames, Left};
-use crate::picture::bands::{Next, PartMark, Window};
-use crate::picture::{Drawn, Finish, RenderShot, Shot, bands};
+use crate::picture::tiles;
+use crate::picture::tiles::PartMark;
+use crate::picture::{Drawn, Finish, RenderShot, Shot};
 use crate::plan::Request;
 use crate::plan::run_log::RunLog;
 use crate::process::interrupt::Interrupted;
@@ -30,6 +31,7 @@ use crate::process::report::{RunStats, Verbosity, WrittenFrame};
 use crate::process::{interrupt, report};
 use crate::values::TileWord;
 use crate::{output, picture};
+use resample_core::camera::bands::{Next, Window};
 
 /// Returns true if the next picture is drawn: nobody has pressed Ctrl-C, and whoever follows the run wants it.
 fn goes_on(log: &RunLog, done: usize, total: usize) -> bool {
@@ -383,7 +385,7 @@ impl Part {
     pub(crate) fn window(&self, camera: &Camera) -> Result<Window> {
         let size = [camera.width, camera.height];
         match self.tile {
-            Some(tile) => bands::window(&tile, size),
+            Some(tile) => tiles::window(&tile, size),
             None => Ok(Window::whole(camera)),
         }
     }

@@ -229,6 +229,28 @@ impl Lattice {
         spacing(&self.world_from_index)
     }
 
+    /// The unit of lengths: that of the file, or millimetres where axes are named after a patient's sides.
+    pub fn length_unit(&self) -> Option<String> {
+        let of_file = self.unit.clone();
+        of_file.or_else(|| self.patient_sides().map(|_| "mm".to_owned()))
+    }
+
+    /// The sides of a patient that the axes point to, such as left, posterior and superior.
+    pub fn patient_sides(&self) -> Option<Vec<String>> {
+        const SIDES: [&str; 6] = [
+            "left",
+            "right",
+            "anterior",
+            "posterior",
+            "inferior",
+            "superior",
+        ];
+        let space = self.space.as_ref()?.to_lowercase();
+        let named: Vec<String> = space.split('-').map(str::to_owned).collect();
+        let is_patient = named.iter().all(|word| SIDES.contains(&word.as_str()));
+        is_patient.then_some(named)
+    }
+
     /// The least of [`Lattice::spacing`].
     pub fn smallest_spacing(&self) -> f64 {
         self.spacing().into_iter().fold(f64::INFINITY, f64::min)
