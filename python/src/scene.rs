@@ -13,11 +13,11 @@ use rayon::ThreadPool;
 use resample_cli::args::Drawing;
 use resample_cli::args::words::content::Application;
 use resample_cli::open;
-use resample_cli::picture::bands::Window;
 use resample_cli::process::interrupt;
 use resample_cli::values::input_file::{Held, HeldPictures, HeldVolumes};
 use resample_cli::values::mesh_word::MeshWord;
 use resample_cli::view;
+use resample_core::camera::bands::Window;
 use resample_core::simd::SimdLevel;
 use texmap::Loaded;
 

@@ -17,11 +17,11 @@ use resample_cli::args::{
 };
 use resample_cli::cameras::camera_file;
 use resample_cli::open::Opened;
-use resample_cli::picture::bands::{Pace, Window, in_bands};
 use resample_cli::plan::{Change, Purpose, RunLog};
 use resample_cli::planner::{self, Planned};
 use resample_cli::process::report::Verbosity;
 use resample_cli::values::input_file::Held;
+use resample_core::camera::bands::{Pace, Window, in_bands};
 use resample_core::image::srgb_from_linear;
 use resample_core::{Camera, Image};
 use serde_json::{Value, json};

@@ -11,8 +11,8 @@ use std::time::Duration;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use resample_cli::picture::bands::Next;
 use resample_cli::process::report;
+use resample_core::camera::bands::Next;
 
 use crate::fault;
 
