@@ -163,7 +163,7 @@ impl Session {
             Ok(drawn.image)
         };
         let image = match has_bands {
-            true => in_bands(&camera, &mut ready.pace, &mut draw, &mut |share| {
+            true => in_bands::<anyhow::Error>(&camera, &mut ready.pace, &mut draw, &mut |share| {
                 reins.done(share)
             })?,
             false => Some(draw(&Window::whole(&camera))?),

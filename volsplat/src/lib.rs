@@ -54,8 +54,8 @@ pub use large::LargeVolume;
 pub use look::clip::{Clip, ClipPlane};
 pub use look::options::{
     Blend, Cells, Classify, ColourBy, DepthPlane, FieldOptions, GradientFilter, Interpolate,
-    Isosurface, KernelSheets, Light, Occlusion, Order, RenderOptions, SampleOptions, SampleOrder,
-    Shadow, Subpixels,
+    Isosurface, KernelSheets, Light, LightGrid, Occlusion, Order, RenderOptions, SampleOptions,
+    SampleOrder, Shadow, Subpixels,
 };
 pub use look::scene::{Channel, Look, Scene};
 pub use look::transfer::{ColourEncoding, ColourMap, GradientOpacity, Shading, TransferFunction};

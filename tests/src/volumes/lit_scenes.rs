@@ -1,12 +1,43 @@
 //! Volumes with places that light does not reach, each 56 voxels along a side, and looks for them.
 
 use glam::{DAffine3, DVec3};
+use resample_core::{Camera, Image};
 use volsplat::{Blend, FieldOptions, Isosurface, Order, TransferFunction, Volume};
 
-use crate::volumes::scenes::{transfer, volume};
+use crate::volumes::scenes::{perspective, transfer, volume};
 
 /// Voxels along a side.
 pub const SIDE_VOXELS: usize = 56;
+
+/// Towards the light.
+pub fn towards() -> DVec3 {
+    DVec3::new(-0.5, 0.8, 0.45).normalize()
+}
+
+/// An eye from which each of these volumes fills the picture.
+pub fn camera() -> Camera {
+    let middle = DVec3::splat(0.5 * (SIDE_VOXELS - 1) as f64);
+    let eye = middle + 110.0 * DVec3::new(0.62, 0.5, 0.69).normalize();
+    perspective(eye, middle, 32.0, [28; 2])
+}
+
+/// Peak signal to noise ratio over the pixels that a true picture covers, dB.
+pub fn psnr_db(image: &Image, truth: &Image) -> f64 {
+    let covered = image
+        .rgba
+        .iter()
+        .zip(&truth.rgba)
+        .filter(|(_, t)| t[3] > 0.02);
+    let (mut squares, mut count) = (0.0, 0.0);
+    for (pixel, truth) in covered {
+        for (a, b) in pixel[..3].iter().zip(truth) {
+            squares += f64::from(a - b).powi(2);
+            count += 1.0;
+        }
+    }
+    assert!(count > 500.0, "{count} numbers are covered");
+    -10.0 * (squares / count).log10()
+}
 
 /// Distance below 0 inside, in voxels, as a number from 0 to 1 that falls from 1 to 0 over four voxels.
 fn soft(distance: f64) -> f64 {

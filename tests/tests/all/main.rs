@@ -32,6 +32,7 @@ mod shading;
 mod sheet_properties;
 mod sheets;
 mod sheets_extremes;
+mod light_grids;
 mod shadows;
 mod shells;
 mod spacing;

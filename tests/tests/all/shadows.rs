@@ -1,10 +1,10 @@
 //! Shadows that a volume casts on itself: pictures are compared with f64 integrals, and options that exclude shadows are refused.
 
 use glam::{DAffine3, DVec2, DVec3};
-use resample_core::{Camera, Image};
+use resample_core::Image;
 use resample_tests::twins::rays::RaySource;
 use resample_tests::volumes::lit_scenes::{
-    SIDE_VOXELS, ball, fog, peaks, shells, solid, thin, vessels, white_isosurface,
+    ball, camera, fog, peaks, psnr_db, shells, solid, thin, towards, vessels, white_isosurface,
 };
 use resample_tests::volumes::scenes::{perspective, transfer, volume};
 use resample_tests::volumes::shadow_truth::{ShadowTruth, Sky};
@@ -12,17 +12,6 @@ use volsplat::{
     Blend, Channel, Clip, ClipPlane, FieldOptions, Light, Look, Occlusion, Order, RenderOptions,
     Renderer, Reuse, Scene, Shading, Shadow, TransferFunction, Volume,
 };
-
-/// Towards the light.
-fn towards() -> DVec3 {
-    DVec3::new(-0.5, 0.8, 0.45).normalize()
-}
-
-fn camera() -> Camera {
-    let middle = DVec3::splat(0.5 * (SIDE_VOXELS - 1) as f64);
-    let eye = middle + 110.0 * DVec3::new(0.62, 0.5, 0.69).normalize();
-    perspective(eye, middle, 32.0, [28; 2])
-}
 
 fn options(light_size_deg: f64) -> RenderOptions {
     RenderOptions {
@@ -35,24 +24,6 @@ fn options(light_size_deg: f64) -> RenderOptions {
 fn drawn(volume: &Volume, look: &TransferFunction, options: &RenderOptions) -> Image {
     let mut renderer = Renderer::new(volume, look, options).expect("valid options");
     renderer.render(&camera()).expect("a valid camera").image
-}
-
-/// Peak signal to noise ratio over the covered pixels, dB.
-fn psnr_db(image: &Image, truth: &Image) -> f64 {
-    let covered = image
-        .rgba
-        .iter()
-        .zip(&truth.rgba)
-        .filter(|(_, t)| t[3] > 0.02);
-    let (mut squares, mut count) = (0.0, 0.0);
-    for (pixel, truth) in covered {
-        for (a, b) in pixel[..3].iter().zip(truth) {
-            squares += f64::from(a - b).powi(2);
-            count += 1.0;
-        }
-    }
-    assert!(count > 500.0, "{count} numbers are covered");
-    -10.0 * (squares / count).log10()
 }
 
 /// Directions over the disc of a light, in rings: not those of the renderer.

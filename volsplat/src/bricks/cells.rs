@@ -99,6 +99,17 @@ pub(crate) fn faces_of(bytes: &ByteTable) -> Box<FaceBytes> {
     faces
 }
 
+/// The byte at a vertex.
+#[inline(always)]
+pub(crate) fn byte_at(faces: &FaceBytes, vertex: usize) -> u8 {
+    let [x, y] = [vertex % VERTEX_SIDE, vertex / VERTEX_SIDE % VERTEX_SIDE];
+    let z = vertex / (VERTEX_SIDE * VERTEX_SIDE);
+    // The last vertices of a row and of a layer have no face of their own.
+    let [column, row] = [x, y].map(|at| at.min(CELL_SIDE - 1));
+    let face = faces[column + CELL_SIDE * (row + CELL_SIDE * z)];
+    face.to_le_bytes()[x - column + 2 * (y - row)]
+}
+
 /// The trilinear mix of a cell's bytes, at this share of it along each axis.
 #[inline(always)]
 pub(crate) fn face_value(faces: &FaceBytes, cell: usize, [x, y, z]: [f32; 3]) -> f32 {
@@ -122,14 +133,7 @@ impl Scalars {
     pub(crate) fn at(&self, vertex: usize) -> f32 {
         match self {
             Self::Numbers(table) => table[vertex],
-            Self::Bytes(faces) => {
-                let [x, y] = [vertex % VERTEX_SIDE, vertex / VERTEX_SIDE % VERTEX_SIDE];
-                let z = vertex / (VERTEX_SIDE * VERTEX_SIDE);
-                // The last vertices of a row and of a layer have no face of their own.
-                let [column, row] = [x, y].map(|at| at.min(CELL_SIDE - 1));
-                let face = faces[column + CELL_SIDE * (row + CELL_SIDE * z)];
-                f32::from(face.to_le_bytes()[x - column + 2 * (y - row)])
-            }
+            Self::Bytes(faces) => f32::from(byte_at(faces, vertex)),
         }
     }
 

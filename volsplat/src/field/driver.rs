@@ -23,16 +23,13 @@ use crate::field::streamed::{LargeCells, StreamedCells};
 use crate::field::surfaces::Surfaces;
 use crate::grid::{Bounds, in_unit, power_of_two};
 use crate::large::LargeVolume;
-use crate::light::GradientCurve;
 use crate::look::clip::{Clip, GridClip, bounds_in_world};
-use crate::look::options::{
-    Blend, FieldOptions, Light, Occlusion, RenderOptions, Shading, Subpixels,
-};
+use crate::look::options::{Blend, FieldOptions, RenderOptions, Subpixels};
 use crate::look::scene::{Look, Scene};
 use crate::look::transfer::TransferFunction;
 use crate::picture::{Means, TileDepth, TileLayout, TileSlot, automatic, refined};
-use crate::shadow::brightness::Falls;
-use crate::shadow::tables::{Caster, LightTables, Reaching};
+use crate::shadow::coarse::CoarseField;
+use crate::shadow::tables::Reaching;
 use crate::slabs::settings::{
     Anchor, ChannelSettings, KernelReach, Reading, SheetSettings, Slabs, channels, check,
 };
@@ -104,9 +101,6 @@ const ENOUGH_AT_FOUR: f64 = 1.0;
 /// Those for the rims of shells, which are soft: opacity falls off from the rim inwards.
 const SHELL_EDGE_SUBPIXELS: u32 = 2;
 
-/// The radius of occlusion, diagonals of the visible part. A habit.
-const OCCLUSION_RADIUS: f64 = 0.1;
-
 /// Renders a field on sheets.
 #[derive(Clone, Debug)]
 pub(crate) struct FieldPipeline {
@@ -132,6 +126,10 @@ pub(crate) struct FieldPipeline {
     pub(super) visible_middle: Option<DVec3>,
     /// Light at the vertices of the bricks, once a picture with shadows or occlusion was drawn.
     pub(super) light: Reaching,
+    /// Matter on the grid that light is found on, where that is not the volume's own.
+    pub(super) coarse: Option<CoarseField>,
+    /// Voxels of the volume along each axis.
+    pub(super) dims: [usize; 3],
 }
 
 /// Where the cells are.
@@ -199,6 +197,8 @@ impl FieldPipeline {
             world_from_index: lattice.world_from_index,
             visible_middle: None,
             light: Reaching::default(),
+            coarse: None,
+            dims: lattice.dims,
             clip: GridClip::default(),
             source,
             channels,
@@ -255,7 +255,7 @@ impl FieldPipeline {
         check_surfaces(surfaces, &fine)?;
         stats.subpixels = u64::from(subpixels);
         let view = self.view(&fine);
-        self.block_light()?;
+        self.block_light((watch, stop))?;
         let settings = self.settings(&view, &fine);
         let uniform = if settings.is_plain() {
             UniformChoice::new(&self.options, &view, &camera.in_unit(self.length))
@@ -273,6 +273,7 @@ impl FieldPipeline {
             camera: &fine,
             clip: &self.clip,
             light: &self.light,
+            coarse: self.coarse.as_ref(),
             subpixels,
             means,
             uniform,
@@ -397,69 +398,6 @@ impl FieldPipeline {
         }
     }
 
-    /// Makes the light at the vertices of the bricks where the options ask for shadows or occlusion and nothing has changed since.
-    fn block_light(&mut self) -> Result<(), Error> {
-        let sun = match (self.options.shadow, self.options.light) {
-            (Some(shadow), Light::Towards(towards)) => Some((shadow, towards)),
-            _ => None,
-        };
-        let sky = self.options.occlusion;
-        if sun.is_none() && sky.is_none() {
-            self.light = Reaching::default();
-            return Ok(());
-        }
-        let Source::Cells(field) = &self.source else {
-            let what = "shadows and occlusion need all visible voxels in memory: allow more memory, or leave them out";
-            return Err(Error::Option(what.into()));
-        };
-        let caster = Caster {
-            field,
-            channels: &self.channels,
-            ramp: self
-                .options
-                .gradient_opacity
-                .as_ref()
-                .map(|curve| GradientCurve::new(curve, self.length)),
-            surface: self.iso.map(|iso| iso.value),
-            clip: &self.clip,
-            world_from_index: &self.world_from_index,
-            length: self.length,
-            opacity_unit: self.options.opacity_unit_in_world(self.smallest_spacing),
-            // Beside shadows the sky dims ambient light alone.
-            sky_falls: if sun.is_some() || self.options.shading == Shading::None {
-                Falls::Evenly
-            } else {
-                Falls::FromEye
-            },
-            level: self.options.simd.resolve(),
-        };
-        let sun = sun.filter(|_| self.light.sun.is_none());
-        let sky = sky.filter(|_| self.light.sky.is_none());
-        if sun.is_none() && sky.is_none() {
-            return Ok(());
-        }
-        let radius = |sky: Occlusion| {
-            sky.radius.or_else(|| {
-                let [low, high] = self.bounds_in_world()?;
-                Some(OCCLUSION_RADIUS * (high - low).length())
-            })
-        };
-        // Inside of the pool, many small steps in parallel cost little.
-        let [of_sun, of_sky] = rayon::scope(|_| {
-            let matter = caster.matter();
-            let of_sun = sun.map(|(shadow, towards)| {
-                let towards = towards.normalize_or(DVec3::Z);
-                LightTables::of_sun(&caster, &matter, towards, &shadow)
-            });
-            let of_sky =
-                sky.map(|sky| LightTables::of_sky(&caster, &matter, radius(sky).unwrap_or(1.0)));
-            [of_sun, of_sky]
-        });
-        let light = &mut self.light;
-        (light.sun, light.sky) = (of_sun.or(light.sun.take()), of_sky.or(light.sky.take()));
-        Ok(())
-    }
-
     /// Takes options that differ only in settings read anew for each frame.
     pub(crate) fn update(&mut self, options: &RenderOptions) {
         if let Some(field) = options.field() {
@@ -467,6 +405,9 @@ impl FieldPipeline {
         }
         if self.options.shadow != options.shadow || self.options.light != options.light {
             self.light.sun = None;
+        }
+        if self.options.light_grid != options.light_grid {
+            self.forget_light();
         }
         let of_sky = |options: &RenderOptions| {
             let RenderOptions {
@@ -497,7 +438,7 @@ fn check_surfaces(surfaces: &[Surface], fine: &Camera) -> Result<(), Error> {
 }
 
 impl Source {
-    fn bounds(&self) -> Box<dyn Iterator<Item = Bounds> + '_> {
+    pub(super) fn bounds(&self) -> Box<dyn Iterator<Item = Bounds> + '_> {
         match self {
             Self::Cells(field) => Box::new(field.bricks.iter().map(|brick| brick.bounds)),
             Self::Streamed(cells) => Box::new(cells.bounds()),
@@ -541,6 +482,7 @@ impl FieldPipeline {
         self.channels = channels;
         self.choices = choices.clone();
         self.options = options.clone();
+        self.forget_light();
         self.update_clip(&options.clip);
         Ok(Reuse::Kept)
     }
@@ -563,7 +505,7 @@ impl FieldPipeline {
             range,
             self.options.opacity,
         )]);
-        self.light = Reaching::default();
+        self.forget_light();
         self.iso = iso(Look::Transfer(transfer), &self.options);
         Reuse::Kept
     }

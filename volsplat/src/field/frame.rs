@@ -20,7 +20,7 @@ use crate::field::walk::scratch::FieldScratch;
 use crate::grid::Bounds;
 use crate::look::clip::Cut;
 use crate::picture::{TileSlot, tally};
-use crate::shadow::tables::BrickLight;
+use crate::shadow::tables::{BrickLight, Reaching};
 use crate::slabs::view::TileView;
 use crate::stats::FrameStats;
 
@@ -29,6 +29,7 @@ pub(crate) fn placed<'a>(
     frame: &FieldFrame<'a>,
     bricks: &'a [CellBrick],
     visible: &[usize],
+    light: &'a Reaching,
 ) -> (Vec<PlacedBrick<'a>>, Vec<TileRect>) {
     let (view, camera) = (frame.view, frame.camera);
     let grid = TileGrid::new(camera.width as usize, camera.height as usize);
@@ -51,7 +52,7 @@ pub(crate) fn placed<'a>(
                 } else {
                     None
                 },
-                light: frame.light.of_brick(i),
+                light: light.of_brick(i),
                 ..place(&bricks[i], view, grid, frame.settings)?
             };
             Some((placed, grid.rect(placed.columns, placed.rows)))
@@ -200,7 +201,7 @@ impl FieldFrame<'_> {
         }
 
         let clock = StageClock::start();
-        let (bricks, rects) = placed(self, &field.bricks, &visible);
+        let (bricks, rects) = placed(self, &field.bricks, &visible, self.light);
         stats.stages.project = clock.stop();
         stats.bricks = bricks.len() as u64;
         stats.bricks_uniform = bricks.iter().filter(|b| b.uniform.is_some()).count() as u64;

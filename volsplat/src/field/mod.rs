@@ -14,6 +14,7 @@
 
 pub(crate) mod settings;
 mod driver;
+mod lighting;
 pub(crate) mod surfaces;
 mod frame;
 mod streamed;

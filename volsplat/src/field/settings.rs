@@ -18,6 +18,7 @@ use crate::light::Gains;
 use crate::look::clip::{AnchoredHalfSpace, GridClip};
 use crate::look::options::{RenderOptions, Shading};
 use crate::picture::Means;
+use crate::shadow::coarse::CoarseField;
 use crate::shadow::tables::{BrickLight, Reaching};
 use crate::slabs::settings::{Anchor, ChannelSettings, Reading, SheetSettings};
 use crate::slabs::table::TransferTable;
@@ -231,6 +232,8 @@ pub(crate) struct FieldFrame<'a> {
     pub(crate) camera: &'a Camera,
     pub(crate) clip: &'a GridClip,
     pub(crate) light: &'a Reaching,
+    /// Where light is found on a coarser grid: that.
+    pub(crate) coarse: Option<&'a CoarseField>,
     pub(crate) subpixels: u32,
     pub(crate) means: Means,
     /// The bricks of one colour that are crossed in one step.

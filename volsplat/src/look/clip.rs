@@ -161,6 +161,17 @@ impl HalfSpace {
 }
 
 impl GridClip {
+    /// The same in a grid whose vertices are every `step` voxels of this one.
+    pub(crate) fn coarser(&self, step: usize) -> Self {
+        let half_spaces = self.half_spaces.iter().map(|half| HalfSpace {
+            offset: half.offset / step as f64,
+            ..*half
+        });
+        Self {
+            half_spaces: half_spaces.collect(),
+        }
+    }
+
     /// Returns true if everything is kept.
     pub(crate) fn is_whole(&self) -> bool {
         self.half_spaces.is_empty()

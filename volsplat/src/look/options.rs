@@ -39,6 +39,8 @@ pub struct RenderOptions {
     pub light: Light,
     /// The shadows that the volume casts on itself; `None` is off. The light comes from a direction in the world then.
     pub shadow: Option<Shadow>,
+    /// How finely the light of shadows and occlusion is found.
+    pub light_grid: LightGrid,
     /// The light of the sky that the volume hides from itself; `None` is off.
     pub occlusion: Option<Occlusion>,
     /// The gradient that light follows.
@@ -88,6 +90,7 @@ impl Default for RenderOptions {
             shading: Shading::None,
             light: Light::Headlight,
             shadow: None,
+            light_grid: LightGrid::Auto,
             occlusion: None,
             gradient_filter: GradientFilter::Smooth,
             gradient_opacity: None,
@@ -192,6 +195,7 @@ impl RenderOptions {
         let mut alike = Self {
             subpixels: self.subpixels,
             shadow: self.shadow,
+            light_grid: self.light_grid,
             occlusion: self.occlusion,
             min_transmittance: self.min_transmittance,
             depth: self.depth,
@@ -319,6 +323,22 @@ pub struct Occlusion {
     pub radius: Option<f64>,
 }
 
+/// How finely the light of shadows and occlusion is found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(rename_all = "kebab-case")
+)]
+pub enum LightGrid {
+    /// At each voxel; of a volume that stays in its file, at the most voxels that fit the memory.
+    #[default]
+    Auto,
+    /// At each voxel of so many along each axis: 1, 2, 4 or 8. Between them it is interpolated, and matter is its mean. Of a volume that
+    /// stays in its file, at fewer where memory is too little.
+    Every(u32),
+}
+
 /// Sub-pixels along a pixel's side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(
@@ -388,6 +408,14 @@ impl RenderOptions {
         }
         if let Some(radius) = self.occlusion.and_then(|occlusion| occlusion.radius) {
             above_0("the radius of occlusion", radius, "a length")?;
+        }
+        if let LightGrid::Every(step) = self.light_grid {
+            in_range(
+                "the light's grid",
+                f64::from(step),
+                [1, 2, 4, 8].contains(&step),
+                "1, 2, 4 or 8 voxels",
+            )?;
         }
         if self.shadow.is_none() && self.occlusion.is_none() {
             return Ok(());

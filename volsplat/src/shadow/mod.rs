@@ -28,6 +28,8 @@
 //! should, isosurfaces apart. Surfaces that are steep across slices far apart have stripes of some per cent.
 
 pub(crate) mod brightness;
+pub(crate) mod coarse;
+pub(crate) mod coarse_gain;
 mod medium;
 mod sharpen;
 mod sheet;

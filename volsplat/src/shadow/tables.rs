@@ -11,6 +11,7 @@ use crate::light::{FULL_LIGHT, Gains, GradientCurve};
 use crate::look::clip::GridClip;
 use crate::look::options::Shadow;
 use crate::shadow::brightness::{Falls, Lit};
+use crate::shadow::coarse::{BoxSums, CoarseField, CoarseGrid, Span, Summed};
 use crate::shadow::medium::Medium;
 use crate::shadow::sharpen::sharpened_roots;
 use crate::shadow::sheet::Line;
@@ -52,6 +53,31 @@ impl Reaching {
         }
     }
 
+    /// The same light at the vertices of bricks of the grid that a coarse field is of.
+    pub(crate) fn finer(&self, coarse: &CoarseField, bricks: &[CellBrick]) -> Self {
+        let [sun, sky] = [&self.sun, &self.sky].map(|tables| {
+            let finer = |tables: &LightTables| tables.finer(coarse, bricks);
+            tables.as_ref().map(finer)
+        });
+        Self { sun, sky }
+    }
+
+    /// The light times factors of the sun's and of the sky's.
+    pub(crate) fn brighter(mut self, [of_sun, of_sky]: [f32; 2]) -> Self {
+        for (tables, factor) in [(&mut self.sun, of_sun), (&mut self.sky, of_sky)] {
+            if let Some(tables) = tables {
+                tables.gain *= factor;
+            }
+        }
+        self
+    }
+
+    /// Bytes of memory.
+    pub(crate) fn bytes(&self) -> u64 {
+        let tables = [&self.sun, &self.sky].into_iter().flatten();
+        tables.map(LightTables::bytes).sum()
+    }
+
     /// The factors that keep pictures as bright as without.
     pub(crate) fn gains(&self) -> Gains {
         let of = |tables: &Option<LightTables>| tables.as_ref().map(|tables| tables.gain);
@@ -67,12 +93,23 @@ impl Reaching {
 pub(crate) struct LightTables {
     faces: Vec<FaceBytes>,
     /// A factor of the light, so that a lit surface is as bright as without shadows.
-    gain: f32,
+    pub(super) gain: f32,
+}
+
+/// What the numbers at the vertices of a field are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Numbers {
+    /// Scalars of its channels.
+    OfChannels,
+    /// Means over boxes: of scalars where an isosurface is drawn, else of extinction per opacity unit.
+    OfBoxes,
 }
 
 /// The field that casts shadows, and how its scalars become extinction.
+#[derive(Clone)]
 pub(crate) struct Caster<'a> {
     pub(crate) field: &'a CellField,
+    pub(crate) numbers: Numbers,
     pub(crate) channels: &'a [ChannelSettings],
     pub(crate) ramp: Option<GradientCurve>,
     /// The scalar of the surface that is drawn in place of matter.
@@ -123,10 +160,7 @@ impl<'a> Caster<'a> {
 
     /// The matter that takes light.
     pub(crate) fn matter(&self) -> Matter<'a> {
-        let medium = match self.surface {
-            Some(scalar) => Medium::of_surface(&self.channels[0].table, scalar),
-            None => Medium::new(self.channels, self.ramp.is_some()),
-        };
+        let medium = self.medium();
         let [x, y, z] = self.spacing();
         let step = x.min(y).min(z);
         let found = Vertices::new(self.field, [0, 1, 2]).map(|vertices| {
@@ -154,6 +188,56 @@ impl<'a> Caster<'a> {
         Matter { found, medium }
     }
 
+    /// How the numbers at vertices become extinction.
+    fn medium(&self) -> Medium {
+        match (self.surface, self.numbers) {
+            (Some(scalar), _) => Medium::of_surface(&self.channels[0].table, scalar),
+            (None, Numbers::OfBoxes) => Medium::Extinction,
+            (None, Numbers::OfChannels) => Medium::new(self.channels, self.ramp.is_some()),
+        }
+    }
+
+    /// What a coarse grid takes the means of.
+    pub(crate) fn summed(&self) -> Summed {
+        match self.surface {
+            Some(scalar) => Summed::Scalars(scalar),
+            None => Summed::Extinction,
+        }
+    }
+
+    /// The sums, in boxes of a coarse grid, of this field, whose cells lie in these spans. No two overlap.
+    pub(crate) fn box_sums(&self, grid: CoarseGrid, spans: &[Span]) -> Vec<BoxSums> {
+        let of = (grid, self.summed());
+        if self.surface.is_some() {
+            let of_span = |span| BoxSums::of_scalars(of, &self.field.bricks, span);
+            return spans.par_iter().map(of_span).collect();
+        }
+        let Some(vertices) = Vertices::new(self.field, [0, 1, 2]) else {
+            return Vec::new();
+        };
+        let medium = self.medium();
+        let numbers = self.numbers(&vertices, &medium);
+        let strengths = around_vertices(&vertices, &numbers, &medium, self.level);
+        let of_span = |span| BoxSums::of(of, (&vertices, &strengths), span);
+        spans.par_iter().map(of_span).collect()
+    }
+
+    /// The caster of the means of this one's matter.
+    pub(crate) fn coarse<'c>(
+        &'c self,
+        field: &'c CoarseField,
+        world_from_index: &'c DAffine3,
+        clip: &'c GridClip,
+    ) -> Caster<'c> {
+        Caster {
+            field: &field.cells,
+            numbers: Numbers::OfBoxes,
+            clip,
+            world_from_index,
+            ..self.clone()
+        }
+    }
+
     /// The layer around an isosurface, from the scalars at vertices.
     fn soft(&self, vertices: &Vertices, (scalars, scalar): (&[f32], f32)) -> (Vec<f32>, Soft) {
         let units_from_grid = self.world_from_index.matrix3 * (1.0 / self.opacity_unit);
@@ -172,9 +256,9 @@ impl<'a> Caster<'a> {
     fn numbers(&self, vertices: &Vertices, medium: &Medium) -> Vec<f32> {
         let in_pictures = in_unit(self.world_from_index, self.length);
         let from_differences = FromDifferences::new(&in_pictures.matrix3);
-        let are_scalars = matches!(medium, Medium::Scalars(_));
+        let are_held = matches!(medium, Medium::Scalars(_)) || self.numbers == Numbers::OfBoxes;
         vertices.of_bricks(|brick, first, numbers| {
-            if are_scalars {
+            if are_held {
                 brick.scalars.copy_row(first, numbers);
             } else {
                 for (number, vertex) in numbers.iter_mut().zip(first..) {
@@ -192,7 +276,7 @@ impl<'a> Caster<'a> {
     }
 
     /// The sum over the channels.
-    fn extinction(
+    pub(super) fn extinction(
         &self,
         (brick, vertex): (&CellBrick, usize),
         from_differences: &FromDifferences,
@@ -309,6 +393,25 @@ impl LightTables {
             faces: bytes_of(&found.vertices, &roots),
             gain: single(1.0 / seen),
         }
+    }
+
+    /// The same light at the vertices of bricks of the grid that a coarse field is of.
+    pub(crate) fn finer(&self, coarse: &CoarseField, bricks: &[CellBrick]) -> Self {
+        let of_brick = |brick: &CellBrick| coarse.light_in(&self.faces, brick.bounds.corner);
+        Self {
+            faces: bricks.par_iter().map(of_brick).collect(),
+            gain: self.gain,
+        }
+    }
+
+    /// The light at the vertices of a brick.
+    pub(super) fn of_brick(&self, number: usize) -> &FaceBytes {
+        &self.faces[number]
+    }
+
+    /// Bytes of memory.
+    pub(crate) fn bytes(&self) -> u64 {
+        size_of_val(self.faces.as_slice()) as u64
     }
 
     fn none() -> Self {

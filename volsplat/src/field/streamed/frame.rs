@@ -25,6 +25,7 @@ use crate::field::tile::{TileState, advance_tile, end_tile};
 use crate::field::walk::scratch::{FieldScratch, Unfinished};
 use crate::look::clip::Cut;
 use crate::picture::{TileSlot, tally};
+use crate::shadow::coarse::CoarseField;
 use crate::slabs::view::TileView;
 use crate::stats::FrameStats;
 
@@ -57,6 +58,8 @@ struct Band<'a> {
     cells: &'a StreamedCells,
     frame: &'a FieldFrame<'a>,
     view_volume: &'a ViewVolume,
+    /// Bytes that stay from frame to frame.
+    kept_bytes: u64,
     grid: TileGrid,
     /// Rows of tiles.
     rows: Range<usize>,
@@ -84,12 +87,15 @@ impl StreamedCells {
             .step_by(band_rows)
             .map(|row| row..(row + band_rows).min(grid.rows()))
             .collect();
-        stats.resident_bytes = self.kept_bytes;
+        let of_light = frame.coarse.map_or(0, CoarseField::bytes) + frame.light.bytes();
+        let kept_bytes = self.kept_bytes + of_light;
+        stats.resident_bytes = kept_bytes;
         for (done, rows) in bands.iter().enumerate() {
             let mut band = Band {
                 cells: self,
                 frame,
                 view_volume: &view_volume,
+                kept_bytes,
                 grid,
                 rows: rows.clone(),
                 tiles: Vec::new(),
@@ -207,7 +213,12 @@ impl Band<'_> {
         drop(batch);
         let all: Vec<usize> = (0..bricks.len()).collect();
         let settings = self.frame.settings;
-        let (placed, rects) = placed(self.frame, &bricks, &all);
+        let light = self
+            .frame
+            .coarse
+            .map(|coarse| self.frame.light.finer(coarse, &bricks));
+        let light = light.unwrap_or_default();
+        let (placed, rects) = placed(self.frame, &bricks, &all, &light);
         stats.bricks += placed.len() as u64;
         let rects: Vec<TileRect> = rects.into_iter().map(|rect| self.inside(rect)).collect();
         let lists = TileLists::new(&self.grid, &rects);
@@ -250,9 +261,10 @@ impl Band<'_> {
             .filter(|tile| matches!(tile, Progress::Begun(_)))
             .count();
         let held = bricks.len() as u64 * self.cells.reader.brick_bytes()
+            + light.bytes()
             + (begun * Unfinished::bytes(settings) + self.tiles.len() * size_of::<Progress>())
                 as u64;
-        stats.resident_bytes = stats.resident_bytes.max(self.cells.kept_bytes + held);
+        stats.resident_bytes = stats.resident_bytes.max(self.kept_bytes + held);
         Ok(())
     }
 
@@ -280,21 +292,10 @@ impl Band<'_> {
 
     /// The bricks of one row, and how many of them were read from the file.
     fn load_row(&self, row: &[Candidate]) -> Result<(Vec<CellBrick>, u64), Error> {
-        let at = row[0].at;
-        if let Some(packed) = &self.cells.packed[self.cells.index.row_number(at)] {
-            return Ok((
-                row.iter()
-                    .map(|c| packed.brick(c.place, &c.brick, at))
-                    .collect(),
-                0,
-            ));
-        }
-        let columns: Vec<u16> = row.iter().map(|c| c.brick.column).collect();
-        let read = self.cells.reader.read(at, &columns)?;
-        Ok((
-            read.bricks.into_iter().flatten().collect(),
-            columns.len() as u64,
-        ))
+        let bricks = row
+            .iter()
+            .map(|candidate| (candidate.place, candidate.brick));
+        self.cells.load_row(row[0].at, bricks)
     }
 
     /// Shows what the tiles hold that are not opaque.

@@ -6,6 +6,7 @@
 //! Limits: one channel of scalars and no mask.
 
 mod frame;
+mod light;
 
 use std::sync::Arc;
 
@@ -53,6 +54,8 @@ struct Budget {
     batch: u64,
     /// Tiles that are drawn together.
     tiles: u64,
+    /// Matter on a coarse grid while light is found in it: before batches and tiles take theirs. A third of it stays.
+    light: u64,
 }
 
 impl Budget {
@@ -63,6 +66,7 @@ impl Budget {
             packed: total / 4,
             batch: total / 8,
             tiles: total / 4,
+            light: total / 8 * 3,
         }
     }
 }
@@ -258,6 +262,22 @@ impl Finder<'_> {
 }
 
 impl StreamedCells {
+    /// Bricks of one row, by their places in it, and how many of them were read from the file.
+    fn load_row(
+        &self,
+        at: [usize; 2],
+        bricks: impl Iterator<Item = (usize, IndexedBrick)>,
+    ) -> Result<(Vec<CellBrick>, u64), Error> {
+        if let Some(packed) = &self.packed[self.index.row_number(at)] {
+            let unpacked = bricks.map(|(place, brick)| packed.brick(place, &brick, at));
+            return Ok((unpacked.collect(), 0));
+        }
+        let columns: Vec<u16> = bricks.map(|(_, brick)| brick.column).collect();
+        let read = self.reader.read(at, &columns)?;
+        let read = read.bricks.into_iter().flatten();
+        Ok((read.collect(), columns.len() as u64))
+    }
+
     /// The boxes of the visible cells of all bricks.
     pub(crate) fn bounds(&self) -> impl Iterator<Item = Bounds> + '_ {
         self.index.bounds()

@@ -1,0 +1,200 @@
+//! Light on coarse grids: its errors beside the f64 integrals, in memory and of volumes that stay in their file.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DVec3};
+use resample_core::Image;
+use resample_tests::volumes::lit_scenes::{
+    ball, camera, fog, peaks, psnr_db, shells, solid, thin, towards, vessels, white_isosurface,
+};
+use resample_tests::volumes::shadow_truth::{ShadowTruth, Sky};
+use volsplat::large::{Region, VoxelSource};
+use volsplat::volume::{Described, VoxelType};
+use volsplat::{
+    Clip, ClipPlane, Error, LargeVolume, Light, LightGrid, Occlusion, RenderOptions, Renderer,
+    Shadow, TransferFunction, Volume, Voxels,
+};
+
+/// A hard light and a sky on this grid.
+fn options(light_grid: LightGrid) -> RenderOptions {
+    RenderOptions {
+        light: Light::Towards(towards()),
+        shadow: Some(Shadow::default()),
+        occlusion: Some(Occlusion { radius: Some(8.0) }),
+        light_grid,
+        ..RenderOptions::default()
+    }
+}
+
+fn drawn(volume: &Volume, look: &TransferFunction, options: &RenderOptions) -> Image {
+    let mut renderer = Renderer::new(volume, look, options).expect("valid options");
+    renderer.render(&camera()).expect("a valid camera").image
+}
+
+/// A volume that is read box by box, as if it were a file.
+#[derive(Debug)]
+struct Stored(Volume);
+
+impl VoxelSource for Stored {
+    fn dims(&self) -> [usize; 3] {
+        self.0.dims
+    }
+
+    fn voxel_type(&self) -> VoxelType {
+        Described::voxel_type(&self.0)
+    }
+
+    fn read(&self, region: &Region) -> Result<Voxels, Error> {
+        let [columns, rows, _] = self.0.dims;
+        let [x, y, z] = region.first;
+        let across =
+            (z..z + region.size[2]).flat_map(|z| (y..y + region.size[1]).map(move |y| [y, z]));
+        let starts: Vec<usize> = across.map(|[y, z]| x + columns * (y + rows * z)).collect();
+        Ok(self.0.voxels.pieces(&starts, region.size[0]))
+    }
+}
+
+/// The same volume at twice as many voxels along each axis.
+fn finer(volume: &Volume) -> Volume {
+    let [columns, rows, _] = volume.dims;
+    let dims = volume.dims.map(|n| 2 * n - 1);
+    let value = |at: [usize; 3]| {
+        volume
+            .voxels
+            .value(at[0] + columns * (at[1] + rows * at[2]))
+    };
+    let mean = |number: usize| {
+        let at = [
+            number % dims[0],
+            number / dims[0] % dims[1],
+            number / (dims[0] * dims[1]),
+        ];
+        let ends = |axis: usize| [at[axis] / 2, at[axis].div_ceil(2)];
+        let mut sum = 0.0;
+        for x in ends(0) {
+            for y in ends(1) {
+                for z in ends(2) {
+                    sum += value([x, y, z]);
+                }
+            }
+        }
+        (sum / 8.0) as f32
+    };
+    let voxels = (0..dims.iter().product()).map(mean).collect();
+    let world_from_index = volume.world_from_index * DAffine3::from_scale(DVec3::splat(0.5));
+    Volume::new(dims, Voxels::F32(voxels), world_from_index).expect("a valid volume")
+}
+
+/// The picture of the same volume with so little memory that its bricks are read for each frame.
+fn streamed(
+    volume: &Volume,
+    look: &TransferFunction,
+    options: &RenderOptions,
+    memory: u64,
+) -> Image {
+    let stored = Arc::new(Stored(volume.clone()));
+    let large = LargeVolume::new(volume.lattice(), stored, memory, &mut |_| {}).expect("room");
+    let mut renderer = Renderer::from_file(&large, look, options, &mut |_| {}).expect("room");
+    assert!(renderer.reads_file(), "everything fits {memory} bytes");
+    renderer.render(&camera()).expect("a valid camera").image
+}
+
+fn without(options: &RenderOptions) -> RenderOptions {
+    RenderOptions {
+        shadow: None,
+        occlusion: None,
+        ..options.clone()
+    }
+}
+
+#[test]
+fn coarse_grids_have_stated_errors() {
+    for (name, volume, look, least_db) in [
+        ("ball", ball(), solid(), [39.0, 22.0, 16.0, 13.5]),
+        ("vessels", vessels(), solid(), [42.0, 21.5, 14.5, 11.0]),
+        ("fog", fog(), thin(), [63.0, 55.0, 46.0, 34.5]),
+        ("shells", shells(), peaks(), [39.5, 17.5, 16.0, 16.5]),
+    ] {
+        let truth = ShadowTruth::new(&volume, &look, vec![towards()], &|_| true);
+        let truth = truth.with_sky(Sky::new(60, 8.0)).picture(&camera(), 3);
+        let db_of = |options: &RenderOptions| psnr_db(&drawn(&volume, &look, options), &truth);
+        let unlit = db_of(&without(&options(LightGrid::Auto)));
+        let found = [1, 2, 4, 8].map(|step| db_of(&options(LightGrid::Every(step))));
+        eprintln!("{name}: without {unlit:.1} dB, every 1, 2, 4 and 8: {found:.1?}");
+        for (db, least_db) in found.into_iter().zip(least_db) {
+            assert!(db >= least_db, "{name}: {found:.1?}");
+        }
+    }
+}
+
+#[test]
+fn a_volume_in_its_file_has_the_light_of_its_grid() {
+    for (name, volume, look, memory) in [
+        ("ball", ball(), solid(), 3 << 19),
+        ("fog", fog(), thin(), 4 << 20),
+        ("shells", shells(), peaks(), 3 << 20),
+    ] {
+        let volume = finer(&volume);
+        for step in [4, 8] {
+            let options = RenderOptions {
+                opacity_unit: Some(1.0),
+                ..options(LightGrid::Every(step))
+            };
+            let in_memory = drawn(&volume, &look, &options);
+            let in_file = streamed(&volume, &look, &options, memory);
+            let db = psnr_db(&in_file, &in_memory);
+            let unlit = psnr_db(
+                &streamed(&volume, &look, &without(&options), memory),
+                &in_memory,
+            );
+            eprintln!("{name}, every {step}: {db:.1} dB, without light {unlit:.1}");
+            assert!(db >= 70.0 && unlit < 20.0, "{name}: {db:.1} dB");
+        }
+    }
+}
+
+#[test]
+fn isosurfaces_and_cuts_have_light_on_coarse_grids() {
+    let (volume, look) = (finer(&ball()), solid());
+    let surface = |light_grid| RenderOptions {
+        order: white_isosurface(),
+        opacity_unit: Some(1.0),
+        ..options(light_grid)
+    };
+    let cut = |light_grid| RenderOptions {
+        clip: Clip {
+            planes: vec![ClipPlane {
+                normal: DVec3::new(0.2, -1.0, 0.1),
+                offset: -26.0,
+            }],
+            ..Clip::default()
+        },
+        opacity_unit: Some(1.0),
+        ..options(light_grid)
+    };
+    for (name, options, least_db) in [
+        (
+            "isosurface",
+            &surface as &dyn Fn(LightGrid) -> RenderOptions,
+            [28.5, 21.0],
+        ),
+        ("cut", &cut, [31.5, 20.0]),
+    ] {
+        let each = drawn(&volume, &look, &options(LightGrid::Auto));
+        let unlit = psnr_db(
+            &drawn(&volume, &look, &without(&options(LightGrid::Auto))),
+            &each,
+        );
+        let second = psnr_db(&drawn(&volume, &look, &options(LightGrid::Every(2))), &each);
+        let fourth = drawn(&volume, &look, &options(LightGrid::Every(4)));
+        let in_file = streamed(&volume, &look, &options(LightGrid::Every(4)), 3 << 19);
+        let [fourth, in_file] = [(&fourth, &each), (&in_file, &fourth)].map(|(a, b)| psnr_db(a, b));
+        eprintln!(
+            "{name}: without {unlit:.1} dB, every 2 and 4: {second:.1}, {fourth:.1}, the file's {in_file:.1}"
+        );
+        assert!(
+            second >= least_db[0] && fourth >= least_db[1] && in_file >= 60.0,
+            "{name}"
+        );
+    }
+}
