@@ -38,6 +38,7 @@ pub(super) fn typed(
         shadow: args.shadows.then_some(Shadow {
             light_size_deg: args.light_size,
         }),
+        light_grid: args.light_grid,
         occlusion: args.occlusion.map(|radius| Occlusion { radius }),
         opacity: args.opacity,
         min_transmittance: args.min_transmittance,

@@ -7,7 +7,7 @@
 use anyhow::{Result, bail};
 use resample_cloud::Blend;
 use resample_core::{FootprintMode, KernelShape, SelectMode};
-use volsplat::{Cells, Classify, Interpolate, PixelSamples, Subpixels};
+use volsplat::{Cells, Classify, Interpolate, LightGrid, PixelSamples, Subpixels};
 use warp3d::args::MethodName;
 use warp3d::{Fill, Visibility, WarpArgs};
 
@@ -70,6 +70,8 @@ pub enum VolumeChoice {
     Classify(Classify),
     /// `--interpolate`.
     Interpolate(Interpolate),
+    /// `--light-grid`.
+    LightGrid(LightGrid),
 }
 
 /// One option of Gaussians, set to a value.
@@ -186,6 +188,7 @@ impl VolumeChoice {
             Self::Cells(cells) => ("cells", cells_word(*cells)),
             Self::Classify(when) => ("classify", word(*when)),
             Self::Interpolate(on) => ("interpolate", word(*on)),
+            Self::LightGrid(grid) => ("light-grid", grid.to_string()),
         }
     }
 
@@ -202,6 +205,7 @@ impl VolumeChoice {
             Self::Cells(cells) => args.cells = cells,
             Self::Classify(when) => args.sheets.classify = when,
             Self::Interpolate(on) => args.sheets.interpolate = on,
+            Self::LightGrid(grid) => args.light_grid = grid,
         }
     }
 }
@@ -438,7 +442,7 @@ mod tests {
     #[test]
     fn the_words_of_every_choice_give_the_same_setting_when_they_are_typed() {
         use VolumeChoice::{
-            Cells, Classify, Footprint, Interpolate, Kernel, MinTransmittance, Order,
+            Cells, Classify, Footprint, Interpolate, Kernel, LightGrid, MinTransmittance, Order,
             PointThreshold, Select, Slab, Subpixels,
         };
         let volume = [
@@ -457,6 +461,7 @@ mod tests {
             Cells(volsplat::Cells::Split { error: 1.0 / 64.0 }),
             Classify(volsplat::Classify::value_variants()[1]),
             Interpolate(volsplat::Interpolate::value_variants()[1]),
+            LightGrid(volsplat::LightGrid::Every(4)),
         ];
         for choice in volume {
             check(&["volsplat", "a.nrrd"], choice);

@@ -5,7 +5,7 @@
 
 use anyhow::Result;
 use texmap::Method;
-use volsplat::{PixelSamples, Subpixels};
+use volsplat::{LightGrid, PixelSamples, Subpixels};
 use warp3d::args::MethodName;
 
 use crate::args::OrderName;
@@ -60,7 +60,12 @@ pub(crate) fn ends(typed: &Setting) -> Result<Ends> {
             MeshChoice::Method(Method::BackwardTrilinear),
             MeshChoice::Subpixels(1),
         ]),
-        Setting::Volume(_) => Choices::of([VolumeChoice::Subpixels(Subpixels::Fixed(1))]),
+        Setting::Volume(given) => {
+            let blocks_light = given.options.blocks_light() && !given.has("light-grid");
+            let light = blocks_light.then_some(VolumeChoice::LightGrid(LightGrid::AtHand));
+            let one = VolumeChoice::Subpixels(Subpixels::Fixed(1));
+            Choices::of([one].into_iter().chain(light))
+        }
         Setting::Gaussians(_) => ladder.cheapest().choices.clone(),
         Setting::Depth(_) if ladder.rungs.len() > 1 => ladder.rungs[1].choices.clone(),
         Setting::Depth(_) => ladder.cheapest().choices.clone(),

@@ -18,6 +18,7 @@ use crate::Error;
 use crate::bricks::cells::{CellField, FromDifferences};
 use crate::bricks::fill::{check_dims, plan, support};
 use crate::bricks::support::Support;
+use crate::field::lighting::FieldLight;
 use crate::field::settings::{FieldFrame, FieldSettings, IsoSettings, Statistic, UniformChoice};
 use crate::field::streamed::{LargeCells, StreamedCells};
 use crate::field::surfaces::Surfaces;
@@ -28,8 +29,6 @@ use crate::look::options::{Blend, FieldOptions, RenderOptions, Subpixels};
 use crate::look::scene::{Look, Scene};
 use crate::look::transfer::TransferFunction;
 use crate::picture::{Means, TileDepth, TileLayout, TileSlot, automatic, refined};
-use crate::shadow::coarse::CoarseField;
-use crate::shadow::tables::Reaching;
 use crate::slabs::settings::{
     Anchor, ChannelSettings, KernelReach, Reading, SheetSettings, Slabs, channels, check,
 };
@@ -125,9 +124,7 @@ pub(crate) struct FieldPipeline {
     /// Middle of what is visible, in the grid.
     pub(super) visible_middle: Option<DVec3>,
     /// Light at the vertices of the bricks, once a picture with shadows or occlusion was drawn.
-    pub(super) light: Reaching,
-    /// Matter on the grid that light is found on, where that is not the volume's own.
-    pub(super) coarse: Option<CoarseField>,
+    pub(super) light: FieldLight,
     /// Voxels of the volume along each axis.
     pub(super) dims: [usize; 3],
 }
@@ -196,8 +193,7 @@ impl FieldPipeline {
         let mut sheets = Self {
             world_from_index: lattice.world_from_index,
             visible_middle: None,
-            light: Reaching::default(),
-            coarse: None,
+            light: FieldLight::none(options.light_grid),
             dims: lattice.dims,
             clip: GridClip::default(),
             source,
@@ -219,7 +215,7 @@ impl FieldPipeline {
     /// Changes the kept part of the volume.
     pub(crate) fn update_clip(&mut self, clip: &Clip) {
         self.clip = clip.in_grid(&self.world_from_index);
-        self.light = Reaching::default();
+        self.light.forget_reaching();
         let visible = bounds_in_world(self.source.bounds(), &self.clip, &DAffine3::IDENTITY);
         self.visible_middle = visible.map(|[low, high]| 0.5 * (low + high));
     }
@@ -272,8 +268,8 @@ impl FieldPipeline {
             view: &view,
             camera: &fine,
             clip: &self.clip,
-            light: &self.light,
-            coarse: self.coarse.as_ref(),
+            light: self.light.drawn(&self.options),
+            coarse: self.light.coarse(),
             subpixels,
             means,
             uniform,
@@ -394,7 +390,7 @@ impl FieldPipeline {
                 step: thickness as f32,
                 ..iso
             }),
-            gains: self.light.gains(),
+            gains: self.light.drawn(&self.options).gains(),
         }
     }
 
@@ -403,21 +399,7 @@ impl FieldPipeline {
         if let Some(field) = options.field() {
             self.choices = field.clone();
         }
-        if self.options.shadow != options.shadow || self.options.light != options.light {
-            self.light.sun = None;
-        }
-        if self.options.light_grid != options.light_grid {
-            self.forget_light();
-        }
-        let of_sky = |options: &RenderOptions| {
-            let RenderOptions {
-                occlusion, shading, ..
-            } = options;
-            (*occlusion, *shading, options.shadow.is_some())
-        };
-        if of_sky(&self.options) != of_sky(options) {
-            self.light.sky = None;
-        }
+        self.light.update(&self.options, options);
         self.options = options.clone();
     }
 }
@@ -482,7 +464,7 @@ impl FieldPipeline {
         self.channels = channels;
         self.choices = choices.clone();
         self.options = options.clone();
-        self.forget_light();
+        self.light = FieldLight::none(options.light_grid);
         self.update_clip(&options.clip);
         Ok(Reuse::Kept)
     }
@@ -505,7 +487,7 @@ impl FieldPipeline {
             range,
             self.options.opacity,
         )]);
-        self.forget_light();
+        self.light.forget();
         self.iso = iso(Look::Transfer(transfer), &self.options);
         Reuse::Kept
     }

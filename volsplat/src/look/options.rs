@@ -4,6 +4,9 @@
 //! Every number has its unit, range and default beside it. With the crate feature `serde` options can be written and
 //! read, and with `clap` they are arguments of a command line; names are the same in both.
 
+use std::fmt;
+use std::str::FromStr;
+
 use glam::DVec3;
 use resample_core::simd::SimdLevel;
 use resample_core::{OpacityMode, SelectMode};
@@ -337,6 +340,32 @@ pub enum LightGrid {
     /// At each voxel of so many along each axis: 1, 2, 4 or 8. Between them it is interpolated, and matter is its mean. Of a volume that
     /// stays in its file, at fewer where memory is too little.
     Every(u32),
+    /// For moving pictures: the light that is known, or quickly found on a coarse grid.
+    AtHand,
+}
+
+impl FromStr for LightGrid {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.trim() {
+            "auto" => Ok(Self::Auto),
+            word => match word.parse() {
+                Ok(step @ (1 | 2 | 4 | 8)) => Ok(Self::Every(step)),
+                _ => Err("expected auto, 1, 2, 4 or 8".into()),
+            },
+        }
+    }
+}
+
+impl fmt::Display for LightGrid {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Auto => f.write_str("auto"),
+            Self::Every(step) => write!(f, "{step}"),
+            Self::AtHand => f.write_str("at hand"),
+        }
+    }
 }
 
 /// Sub-pixels along a pixel's side.

@@ -17,8 +17,8 @@ use crate::look::clip::GridClip;
 use crate::shadow::coarse::{CoarseGrid, averaged};
 use crate::shadow::tables::{Caster, LightTables, Reaching};
 
-/// Bricks along a side of a box. Those at its faces, where the box cuts matter, do not count: of six, four remain.
-pub(crate) const BOX_BRICKS: usize = 6;
+/// Bricks along a side of a box. Those at its faces, where the box cuts matter, do not count.
+pub(crate) const BOX_BRICKS: usize = 4;
 
 /// Most boxes that are looked at. A guess: more cost time, and one factor is found.
 const MOST_BOXES: usize = 8;

@@ -15,7 +15,7 @@ use resample_io::{Gate, Outside};
 use volsplat::transfer::{ColourEncoding, ColourMap, Preset};
 use volsplat::{
     Cells, ClipPlane, Endian, FieldOptions, GradientFilter, GradientOpacity, KernelSheets, Layer,
-    RenderOptions, SampleOptions, Shading, Subpixels, VoxelType,
+    LightGrid, RenderOptions, SampleOptions, Shading, Subpixels, VoxelType,
 };
 
 pub use crate::args::volume::channels::{ChannelArgs, ComponentLook, LookWords, VolumeLook};
@@ -257,6 +257,15 @@ pub struct RenderArgs {
     /// tenth of the visible part's diagonal]
     #[arg(long, value_name = "RADIUS", num_args = 0..=1, require_equals = true, value_parser = values::positive)]
     pub occlusion: Option<Option<f64>>,
+    /// Light of shadows and occlusion is found at each voxel, or at one of 2, 4 or 8 along each axis, which is quicker and errs more [default:
+    /// each voxel; in a file, as many as fit the memory]
+    #[arg(
+        long,
+        value_name = "auto|1|2|4|8",
+        hide_default_value = true,
+        default_value_t
+    )]
+    pub light_grid: LightGrid,
     /// Multiply the extinction by a factor over the length of the gradient, value per world unit: 0 at LOW and 1 at HIGH, or a curve such as
     /// 0:0.1,10:0.1,40:1
     #[arg(long, value_name = "LOW,HIGH|G:FACTOR,...")]
@@ -280,6 +289,13 @@ pub struct RenderArgs {
     /// The sheets in which kernels are summed.
     #[command(flatten, next_help_heading = short_help::PAPER)]
     pub sheets: KernelSheets,
+}
+
+impl RenderArgs {
+    /// Returns true if the volume is in the way of light.
+    pub(crate) fn blocks_light(&self) -> bool {
+        self.shadows || self.occlusion.is_some()
+    }
 }
 
 /// `--order`.

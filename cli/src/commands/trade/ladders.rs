@@ -8,11 +8,11 @@ use anyhow::{Result, bail};
 use clap::ValueEnum;
 use resample_cloud::Blend;
 use resample_core::{FootprintMode, KernelShape, SelectMode};
-use volsplat::{Cells, Classify, Interpolate, PixelSamples, Subpixels};
+use volsplat::{Cells, Classify, Interpolate, LightGrid, PixelSamples, Subpixels};
 use warp3d::Visibility;
 use warp3d::args::MethodName;
 
-use crate::args::{Drawing, OrderName};
+use crate::args::{Drawing, OrderName, RenderArgs};
 use crate::open::setting::{
     Choice, Choices, DepthChoice, GaussianChoice, MeshChoice, PointsChoice, VolumeChoice,
 };
@@ -140,8 +140,12 @@ fn samples_ladders() -> Vec<Ladder> {
     ]
 }
 
-fn volume_ladders() -> Vec<Ladder> {
+fn volume_ladders(setting: &RenderArgs) -> Vec<Ladder> {
     let mut all = field_ladders();
+    if setting.blocks_light() {
+        let grids = [8, 4, 2, 1].map(LightGrid::Every);
+        all.push(ladder("light-grid", grids, VolumeChoice::LightGrid));
+    }
     all.extend(image_sheets_ladders());
     all.extend(samples_ladders());
     all
@@ -231,7 +235,7 @@ pub(super) fn exact(drawing: &Drawing) -> Choices {
 pub(super) fn settings(drawing: &Drawing, named: &[String]) -> Result<Vec<Named>> {
     let ladders = match drawing {
         Drawing::Texmap(_) => mesh_ladders(),
-        Drawing::Volsplat(_) => volume_ladders(),
+        Drawing::Volsplat(args) => volume_ladders(&args.render.options),
         Drawing::Gaussians(_) => gaussian_ladders(),
         Drawing::Warp3d(_) => depth_ladders(),
         Drawing::Points(_) => points_ladders(),
@@ -284,7 +288,13 @@ mod tests {
     fn ladders_are_climbed_one_by_one_and_combined_where_named() {
         let drawing = Drawing::Volsplat(Box::default());
         let alone = settings(&drawing, &[]).expect("good");
-        let rungs: usize = volume_ladders().iter().map(|l| l.rungs.len()).sum();
+        let Drawing::Volsplat(args) = &drawing else {
+            panic!("not a volume");
+        };
+        let rungs: usize = volume_ladders(&args.render.options)
+            .iter()
+            .map(|l| l.rungs.len())
+            .sum();
         assert_eq!(alone.len(), 2 + rungs, "exact, default and every rung");
         let both = settings(&drawing, &["slab".into(), "subpixels".into()]).expect("good");
         assert_eq!(both.len(), alone.len() + 16, "four by four combinations");

@@ -92,7 +92,7 @@ impl StreamedCells {
             SUM_BYTES * grid.len() as u64 + LIGHT_BYTES * seen
         };
         let least = match asked {
-            LightGrid::Auto => STEPS[0],
+            LightGrid::Auto | LightGrid::AtHand => STEPS[0],
             LightGrid::Every(step) => step as usize,
         };
         let mut grids = STEPS
