@@ -25,6 +25,7 @@ use crate::bricks::rescale::Narrowing;
 use crate::look::options::RenderOptions;
 use crate::look::scene::VisibleValues;
 use crate::look::transfer::Histogram;
+use crate::shadow::tables;
 
 pub use resample_volume::source::{Region, VoxelSource};
 
@@ -434,11 +435,12 @@ impl Described for LargeVolume {
     }
 }
 
-/// Most memory that image sheets take beside the voxels, bytes: the bricks of a volume that is visible everywhere.
+/// Most memory that image sheets take beside the voxels, bytes: the bricks of a volume that is visible everywhere, and the light in them.
 pub fn most_brick_bytes(lattice: &Lattice, voxel_type: VoxelType, options: &RenderOptions) -> u64 {
     // A forged size may be beyond all counting; no memory is as large.
     let along = bricks_along(lattice.dims).into_iter();
     let bricks = along.fold(1u64, |count, bricks| count.saturating_mul(bricks as u64));
     let gradients = gradients(options, &lattice.world_from_index.matrix3);
-    bricks.saturating_mul(CellBrick::bytes(voxel_type, &gradients))
+    let of_brick = CellBrick::bytes(voxel_type, &gradients) + tables::brick_bytes(options);
+    bricks.saturating_mul(of_brick)
 }

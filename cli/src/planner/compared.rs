@@ -28,7 +28,7 @@ const STEPS: f64 = 2.0;
 const MOST_SUBPIXELS: u32 = 16;
 
 /// The camera of the pictures that are compared.
-fn compared_camera(camera: &Camera) -> Result<Camera> {
+pub(super) fn compared_camera(camera: &Camera) -> Result<Camera> {
     if camera.width.max(camera.height) <= MOST_COMPARED_PX {
         return Ok(*camera);
     }

@@ -5,12 +5,16 @@ use serde_json::{Value, json};
 use super::pilot::Pilot;
 use super::search::{Found, Keeps, Tried};
 use crate::open::setting::Choices;
+use crate::planner::light::LightError;
 use crate::planner::pilot::Asked;
 use crate::process::report::Verbosity;
 
 /// All that is known about a choice.
 pub(super) struct Account<'a> {
     pub(super) asked: Asked,
+    /// What of it is asked of sampling.
+    pub(super) sampled: Asked,
+    pub(super) light: LightError,
     pub(super) choices: &'a Choices,
     /// `None` where the exact setting is taken because nothing else keeps the bound.
     pub(super) chosen: Option<&'a Tried>,
@@ -37,6 +41,10 @@ impl Account<'_> {
     /// A warning where no setting keeps the bound.
     fn warning(&self) -> Option<String> {
         match (self.asked, self.chosen) {
+            (Asked::Error(bound), _) if self.light.exceeds(bound) => Some(format!(
+                "warning: shadows and occlusion may err by more than the {:.5} allowed; sampling keeps that",
+                bound.value
+            )),
             (
                 Asked::Time(most_ms),
                 Some(Tried {
@@ -55,7 +63,7 @@ impl Account<'_> {
     /// The choice in one line.
     fn line(&self) -> String {
         let name = name(self.choices);
-        match (self.asked, self.chosen) {
+        match (self.sampled, self.chosen) {
             (_, None) => format!("chosen: the exact setting, {name}{}", self.beyond()),
             (Asked::Error(bound), Some(tried)) => format!(
                 "chosen: {name}; {} error at most {:.5} predicted, {:.5} allowed{}",
@@ -70,14 +78,16 @@ impl Account<'_> {
         }
     }
 
-    /// Errors that predictions do not count: the reference has the same shadows and occlusion.
-    fn beyond(&self) -> &'static str {
-        let mut words = self.command.split(' ');
-        let takes_light =
-            |word: &str| word.starts_with("--shadows") || word.starts_with("--occlusion");
-        match words.any(takes_light) {
-            true => "; errors of shadows and occlusion come on top (docs/light.md)",
-            false => "",
+    /// The error of light, which samples do not show.
+    fn beyond(&self) -> String {
+        match self.light {
+            LightError::None => String::new(),
+            LightError::Within(error) => {
+                format!("; shadows and occlusion err by at most {error:.5} beside that")
+            }
+            LightError::Unknown => {
+                "; errors of shadows and occlusion, whose grid memory limits, come on top (docs/light.md)".into()
+            }
         }
     }
 
@@ -151,6 +161,10 @@ impl Account<'_> {
         json!({
             "metric": metric,
             "bound": bound,
+            "light_error": match self.light {
+                LightError::Within(error) => Some(error),
+                LightError::None | LightError::Unknown => None,
+            },
             "setting": words(self.choices),
             "predicted_error": self.chosen.map_or(exact, |tried| tried.error),
             "predicted_work": self.chosen.map(|tried| tried.work),

@@ -1,12 +1,13 @@
 //! The planner: from an error or a time that was asked for to settings, for this scene and these cameras.
 //!
 //! 1. ladder: the settings that may be chosen, from cheap to exact, and the default among them (`ladder`);
-//! 2. pilot: a small preview of some pictures shows where they have contrast; small windows stand there (`metrics::windows` of the core), in
+//! 2. light: the part of the error that a volume's shadows and occlusion take is counted first, and taken off the bound (`light`);
+//! 3. pilot: a small preview of some pictures shows where they have contrast; small windows stand there (`metrics::windows` of the core), in
 //!    which the exact setting and the candidates are drawn (`pilot`);
-//! 3. search: the default first, then up the ladder until a setting keeps the bound, or down it while one does
+//! 4. search: the default first, then up the ladder until a setting keeps the bound, or down it while one does
 //!    (`search`); errors of whole pictures are predicted from those of windows with a margin (`metrics::estimate`);
 //!    for a time, the least measured error among all that fit;
-//! 4. the scene that was read is drawn with the setting that was chosen, and the choice is explained (`explain`).
+//! 5. the scene that was read is drawn with the setting that was chosen, and the choice is explained (`explain`).
 //!
 //! The choice for an error reads no clock: it is the same on every machine, and so is the picture. The choice for a time
 //! measures the windows by the clock, and needs no calibration. Limits: the error of a picture by its windows is an
@@ -15,6 +16,7 @@
 mod ladder;
 mod pilot;
 mod compared;
+mod light;
 mod search;
 mod explain;
 
@@ -32,6 +34,7 @@ use crate::open::setting::{Choices, Setting};
 use crate::plan::Purpose;
 use crate::planner::explain::Account;
 use crate::planner::ladder::Ladder;
+use crate::planner::light::LightError;
 use crate::planner::pilot::{Asked, PlannedScene};
 use crate::process::report;
 use crate::process::report::Verbosity;
@@ -69,12 +72,22 @@ pub fn planned(drawing: &Drawing, typed: &Typed, verbosity: Verbosity) -> Result
         typed: setting,
     };
     let read = Instant::now();
-    let found = search::found(&mut scene, &ladder, asked)?;
+    let light = match asked {
+        Asked::Error(bound) => light::error(&mut scene, bound.metric)?,
+        Asked::Time(_) => LightError::None,
+    };
+    let sampled = match asked {
+        Asked::Error(bound) => Asked::Error(light.leaves(bound)),
+        asked => asked,
+    };
+    let found = search::found(&mut scene, &ladder, sampled)?;
     let chosen = found.best.map(|place| &found.tried[place]);
     let choices = found.choices(&ladder);
     let whole = scene.typed.with(choices)?;
     let account = Account {
         asked,
+        sampled,
+        light,
         choices,
         chosen,
         found: &found,
@@ -105,6 +118,7 @@ pub(crate) fn keeping(
         cameras: vec![camera],
         typed,
     };
+    let bound = light::error(&mut scene, bound.metric)?.leaves(bound);
     let found = search::found(&mut scene, &ladder, Asked::Error(bound))?;
     scene.typed.with(found.choices(&ladder))
 }

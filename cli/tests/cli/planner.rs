@@ -235,17 +235,32 @@ fn errors_of_blocked_light_are_named_beside_what_is_predicted() {
     let bench = Bench::new();
     let said = |words: &str| {
         let output = bench.draw(&format!(
-            "--size 48x48 -o out/a.png --max-error 1/40 {words}"
+            "-o out/a.png {words} {}",
+            if words.contains("--max-error") {
+                ""
+            } else {
+                "--size 48x48 --max-error 1/40"
+            }
         ));
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
         stderr(&output)
     };
-    let on_top = "errors of shadows and occlusion come on top";
-    assert!(!said("--light 1,2,3").contains(on_top));
-    for words in ["--light 1,2,3 --shadows", "--occlusion", "--occlusion=3"] {
+    let counted = "shadows and occlusion err by at most";
+    assert!(!said("--light 1,2,3").contains(counted));
+    let of = |words: &str| -> f64 {
         let said = said(words);
-        assert!(said.contains(on_top), "{words}: {said}");
+        let (_, behind) = said.split_once(counted).expect("the error of light");
+        let number = behind.split_whitespace().next().expect("a number");
+        number.parse().expect("a number")
+    };
+    let hard = of("--light 1,2,3 --shadows");
+    let coarse = of("--light 1,2,3 --shadows --light-grid 8");
+    assert!(hard > 0.0 && coarse > 1.5 * hard, "{hard} and {coarse}");
+    for words in ["--occlusion", "--occlusion=3"] {
+        assert!(of(words) > 0.0, "{words}");
     }
+    let strict = said("--occlusion --max-error max:1/4000 --size 40x40");
+    assert!(strict.contains("may err by more than"), "{strict}");
 }
 
 #[test]

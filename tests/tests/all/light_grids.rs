@@ -149,6 +149,10 @@ fn coarse_grids_have_stated_errors() {
         let unlit = db_of(&without(&options(LightGrid::Auto)));
         let found = [1, 2, 4, 8].map(|step| db_of(&sun(LightGrid::Every(step))));
         eprintln!("{name}: without {unlit:.1} dB, every 1, 2, 4 and 8: {found:.1?}");
+        // The planner predicts errors by 0.7 of the change from each voxel to each second one.
+        let [each, second] = [1, 2].map(|step| drawn(&volume, &look, &sun(LightGrid::Every(step))));
+        let predicted_db = psnr_db(&second, &each) - 20.0 * 0.7f64.log10();
+        assert!(found[0] > predicted_db, "{name}: {predicted_db:.1} dB");
         // Occlusion beside that of every voxel, which its own tests compare with the truth.
         let sky = |light_grid| RenderOptions {
             shadow: None,

@@ -174,6 +174,11 @@ impl RenderOptions {
         self.field().map_or(Blend::Emission, |field| field.blend)
     }
 
+    /// Returns true if the volume is in the way of light.
+    pub(crate) fn blocks_light(&self) -> bool {
+        self.shadow.is_some() || self.occlusion.is_some()
+    }
+
     /// Returns true if the gradient changes the picture.
     pub(crate) fn follows_gradient(&self) -> bool {
         self.shading != Shading::None || self.gradient_opacity.is_some()
@@ -446,7 +451,7 @@ impl RenderOptions {
                 "1, 2, 4 or 8 voxels",
             )?;
         }
-        if self.shadow.is_none() && self.occlusion.is_none() {
+        if !self.blocks_light() {
             return Ok(());
         }
         match (self.blend(), self.field()) {

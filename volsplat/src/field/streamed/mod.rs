@@ -27,6 +27,7 @@ use crate::large::{Block, LargeVolume, Rows, VoxelSource, bricks_along};
 use crate::look::options::RenderOptions;
 use crate::look::scene::VisibleValues;
 use crate::look::transfer::TransferFunction;
+use crate::shadow::tables;
 use crate::slabs::table::TransferTable;
 
 /// The visible bricks of a stored volume.
@@ -99,7 +100,7 @@ impl LargeCells {
         let meets = |range: &[f32; 2]| reader.support.meets(range[0], range[1]);
         let seen: Vec<bool> = volume.survey().bricks.par_iter().map(meets).collect();
         let count = seen.iter().filter(|seen| **seen).count() as u64;
-        let bytes = count * reader.brick_bytes();
+        let bytes = count * (reader.brick_bytes() + tables::brick_bytes(options));
         let keep = if bytes <= budget.total / 2 {
             Keep::Whole
         } else {
