@@ -126,6 +126,8 @@ class VolumeOptions(FramedOptions, total=False):
     light_size: Value
     #: The volume hides light of the sky from itself: depth reads. Matter farther away than RADIUS does not count, world units [default: a tenth of the visible part's diagonal]
     occlusion: Union[bool, Value]
+    #: Light of shadows and occlusion is found at each voxel, or at one of 2, 4 or 8 along each axis, which is quicker and errs more [default: each voxel; in a file, as many as fit the memory]
+    light_grid: Value
     #: Multiply the extinction by a factor over the length of the gradient, value per world unit: 0 at LOW and 1 at HIGH, or a curve such as 0:0.1,10:0.1,40:1
     gradient_opacity: Curve
     #: Draw only the inside of a box along the world's axes, from the first corner to the second
