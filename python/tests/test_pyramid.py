@@ -197,7 +197,7 @@ def test_light_and_parallel_rays_cross_bricks_as_they_cross_the_whole(waves, lig
 
 
 def test_what_a_pyramid_has_not_is_refused(waves):
-    for words in ({"blend": "maximum"}, {"iso": 3.0}, {"layers": "first-hit"}):
+    for words in ({"blend": "maximum"}, {"iso": 3.0}, {"layers": "first-hit"}, {"occlusion": True}, {"shadows": True}):
         with pytest.raises(ValueError, match="brick by brick"):
             pyramid(waves, **words)
     with pytest.raises(ValueError, match="transfer"):
