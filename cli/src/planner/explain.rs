@@ -12,7 +12,7 @@ use crate::process::report::Verbosity;
 /// All that is known about a choice.
 pub(super) struct Account<'a> {
     pub(super) asked: Asked,
-    /// What of it is asked of sampling.
+    /// The part that is asked of sampling.
     pub(super) sampled: Asked,
     pub(super) light: LightError,
     pub(super) choices: &'a Choices,

@@ -30,8 +30,8 @@ impl LightError {
         matches!(self, Self::Within(error) if error >= bound.value)
     }
 
-    /// What it leaves of a bound for sampling: squares of independent errors add, and largest errors do. A bound that light exceeds by itself stays
-    /// that of sampling.
+    /// The part of a bound that remains for sampling: squares of independent errors add, and so do largest errors. A bound that light exceeds by
+    /// itself stays that of sampling.
     pub(super) fn leaves(self, bound: Bound) -> Bound {
         let value = match (self, bound.metric) {
             _ if self.exceeds(bound) => bound.value,

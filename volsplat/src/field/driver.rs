@@ -18,7 +18,7 @@ use crate::Error;
 use crate::bricks::cells::{CellField, FromDifferences};
 use crate::bricks::fill::{check_dims, plan, support};
 use crate::bricks::support::Support;
-use crate::field::lighting::FieldLight;
+use crate::field::known_light::FieldLight;
 use crate::field::settings::{FieldFrame, FieldSettings, IsoSettings, Statistic, UniformChoice};
 use crate::field::streamed::{LargeCells, StreamedCells};
 use crate::field::surfaces::Surfaces;
@@ -269,7 +269,7 @@ impl FieldPipeline {
             camera: &fine,
             clip: &self.clip,
             light: self.light.drawn(&self.options),
-            coarse: self.light.coarse(),
+            coarse: self.light.coarse.as_ref(),
             subpixels,
             means,
             uniform,

@@ -9,9 +9,9 @@ use resample_volume::Watch;
 use crate::bricks::cells::{CELL_SIDE, CellBrick, CellField};
 use crate::field::driver::{FieldPipeline, Source};
 use crate::light::GradientCurve;
-use crate::look::options::{Light, LightGrid, Occlusion, RenderOptions, Shading, Shadow};
+use crate::look::options::{Light, LightGrid, Occlusion, Shading, Shadow};
 use crate::shadow::brightness::Falls;
-use crate::shadow::coarse::{CoarseField, CoarseGrid, averaged};
+use crate::shadow::coarse::{CoarseField, CoarseGrid};
 use crate::shadow::coarse_gain;
 use crate::shadow::tables::{Caster, LightTables, Numbers, Reaching};
 use resample_core::Stop;
@@ -32,80 +32,6 @@ struct Wanted {
 
 /// Steps of the grid of moving pictures, voxels: their light takes a quarter to a tenth of the time.
 const MOVING_STEP: usize = 4;
-
-/// The light at the vertices of the bricks, as far as it is known.
-#[derive(Clone, Debug, Default)]
-pub(super) struct FieldLight {
-    /// On the grid that was asked for.
-    whole: Reaching,
-    grid: LightGrid,
-    /// On a coarse one, while pictures move and the other is not known.
-    moving: Reaching,
-    /// Matter on the grid that light was found on last, where that is not the volume's own.
-    coarse: Option<CoarseField>,
-}
-
-impl FieldLight {
-    /// No light yet; `grid` is that which the options ask for.
-    pub(super) fn none(grid: LightGrid) -> Self {
-        Self {
-            grid: match grid {
-                LightGrid::AtHand => LightGrid::Auto,
-                asked => asked,
-            },
-            ..Self::default()
-        }
-    }
-
-    /// Forgets the light, and the matter that it was found in.
-    pub(super) fn forget(&mut self) {
-        self.forget_reaching();
-        self.coarse = None;
-    }
-
-    /// Forgets the light, and not the matter.
-    pub(super) fn forget_reaching(&mut self) {
-        self.whole = Reaching::default();
-        self.moving = Reaching::default();
-    }
-
-    /// Takes options that may ask for other light.
-    pub(super) fn update(&mut self, before: &RenderOptions, options: &RenderOptions) {
-        let both = [&mut self.whole, &mut self.moving];
-        let changes_sun = before.shadow != options.shadow || before.light != options.light;
-        let of_sky = |options: &RenderOptions| {
-            let RenderOptions {
-                occlusion, shading, ..
-            } = options;
-            (*occlusion, *shading, options.shadow.is_some())
-        };
-        let changes_sky = of_sky(before) != of_sky(options);
-        for light in both {
-            light.sun = light.sun.take().filter(|_| !changes_sun);
-            light.sky = light.sky.take().filter(|_| !changes_sky);
-        }
-        let asked = options.light_grid;
-        if asked != LightGrid::AtHand && asked != self.grid {
-            self.forget();
-            self.grid = asked;
-        }
-    }
-
-    /// The light that is drawn.
-    pub(super) fn drawn(&self, options: &RenderOptions) -> &Reaching {
-        let lacks_some = (options.shadow.is_some() && self.whole.sun.is_none())
-            || (options.occlusion.is_some() && self.whole.sky.is_none());
-        match options.light_grid {
-            LightGrid::AtHand if lacks_some => &self.moving,
-            _ => &self.whole,
-        }
-    }
-
-    /// Matter on a coarse grid, where light is found on one.
-    pub(super) fn coarse(&self) -> Option<&CoarseField> {
-        self.coarse.as_ref()
-    }
-}
 
 impl FieldPipeline {
     /// Makes the light at the vertices of the bricks where the options ask for shadows or occlusion and nothing has changed since.
@@ -133,13 +59,10 @@ impl FieldPipeline {
         let (found, coarse) = self.found(wanted, coarse, (watch, stop))?;
         let light = &mut self.light;
         light.coarse = coarse;
-        let known = match (self.options.light_grid, &self.source) {
-            (LightGrid::AtHand, Source::Cells(_)) => &mut light.moving,
-            _ => &mut light.whole,
-        };
-        (known.sun, known.sky) = (
-            found.sun.or(known.sun.take()),
-            found.sky.or(known.sky.take()),
+        let is_held = matches!(self.source, Source::Cells(_));
+        light.add(
+            found,
+            is_held && self.options.light_grid == LightGrid::AtHand,
         );
         Ok(())
     }
@@ -178,7 +101,7 @@ impl FieldPipeline {
         };
         let coarse = known
             .filter(|known| known.grid() == grid)
-            .unwrap_or_else(|| averaged(&caster, grid));
+            .unwrap_or_else(|| caster.averaged(grid));
         let light = self.found_in(&coarse, &caster, wanted);
         let bricks = |first: [usize; 3]| Ok((first, bricks_in_box(field, first)));
         let light = self.held(light, (&caster, grid, wanted), bricks)?;

@@ -14,6 +14,7 @@
 
 pub(crate) mod settings;
 mod driver;
+mod known_light;
 mod lighting;
 pub(crate) mod surfaces;
 mod frame;

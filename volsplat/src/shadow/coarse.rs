@@ -16,7 +16,6 @@ use crate::bricks::cells::{
     VERTEX_SIDE, byte_at, faces_of, vertex,
 };
 use crate::grid::Bounds;
-use crate::shadow::tables::Caster;
 use crate::shadow::vertices::Vertices;
 
 /// Light where there is no matter.
@@ -34,7 +33,7 @@ pub(crate) struct CoarseGrid {
 /// Voxels along each axis, from the first to the last.
 pub(crate) type Span = [[usize; 2]; 3];
 
-/// What box sums are of.
+/// The numbers that boxes sum.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Summed {
     /// Extinction, which is 0 where nothing is shown.
@@ -474,23 +473,4 @@ impl CoarseField {
         }
         table
     }
-}
-
-/// The means of all matter of a caster.
-pub(crate) fn averaged(caster: &Caster, grid: CoarseGrid) -> CoarseField {
-    let whole = grid.whole();
-    let mut sums = BoxSums::none((grid, caster.summed()), &whole);
-    let layers = (0..whole[2][1]).step_by(CELL_SIDE);
-    let of_layer = |first: usize| {
-        [
-            whole[0],
-            whole[1],
-            [first, (first + CELL_SIDE).min(whole[2][1])],
-        ]
-    };
-    let spans: Vec<Span> = layers.map(of_layer).collect();
-    for part in caster.box_sums(grid, &spans) {
-        sums.add(&part);
-    }
-    sums.field()
 }

@@ -14,7 +14,7 @@ use crate::bricks::cells::{CELL_SIDE, CellBrick, CellField, FromDifferences, TAB
 use crate::grid::{Bounds, in_unit};
 use crate::light::FULL_LIGHT;
 use crate::look::clip::GridClip;
-use crate::shadow::coarse::{CoarseGrid, averaged};
+use crate::shadow::coarse::CoarseGrid;
 use crate::shadow::tables::{Caster, LightTables, Reaching};
 
 /// Bricks along a side of a box. Those at its faces, where the box cuts matter, do not count.
@@ -100,7 +100,7 @@ pub(crate) fn factors(
             ..caster.clone()
         };
         let fine = find(&caster);
-        let coarse = averaged(&caster, own);
+        let coarse = caster.averaged(own);
         let world_from_coarse = own.world_from_index(&world_from_index);
         let light = find(&caster.coarse(&coarse, &world_from_coarse, &nothing_cut));
         let light = light.finer(&coarse, &field.bricks);

@@ -6,7 +6,7 @@ use resample_core::narrow::{byte, single, whole};
 use resample_core::simd::Vectors;
 
 use crate::bricks::cells::{
-    ByteTable, CELLS, CellBrick, CellField, FaceBytes, FromDifferences, faces_of,
+    ByteTable, CELL_SIDE, CELLS, CellBrick, CellField, FaceBytes, FromDifferences, faces_of,
 };
 use crate::grid::in_unit;
 use crate::light::{FULL_LIGHT, Gains, GradientCurve};
@@ -109,7 +109,7 @@ pub(crate) struct LightTables {
     pub(super) gain: f32,
 }
 
-/// What the numbers at the vertices of a field are.
+/// The numbers at the vertices of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Numbers {
     /// Scalars of its channels.
@@ -210,7 +210,7 @@ impl<'a> Caster<'a> {
         }
     }
 
-    /// What a coarse grid takes the means of.
+    /// The numbers whose means a coarse grid takes.
     pub(crate) fn summed(&self) -> Summed {
         match self.surface {
             Some(scalar) => Summed::Scalars(scalar),
@@ -233,6 +233,22 @@ impl<'a> Caster<'a> {
         let strengths = around_vertices(&vertices, &numbers, &medium, self.level);
         let of_span = |span| BoxSums::of(of, (&vertices, &strengths), span);
         spans.par_iter().map(of_span).collect()
+    }
+
+    /// The means of all of its matter.
+    pub(crate) fn averaged(&self, grid: CoarseGrid) -> CoarseField {
+        let whole = grid.whole();
+        let mut sums = BoxSums::none((grid, self.summed()), &whole);
+        let layers = (0..whole[2][1]).step_by(CELL_SIDE);
+        let of_layer = |first: usize| {
+            let end = (first + CELL_SIDE).min(whole[2][1]);
+            [whole[0], whole[1], [first, end]]
+        };
+        let spans: Vec<Span> = layers.map(of_layer).collect();
+        for part in self.box_sums(grid, &spans) {
+            sums.add(&part);
+        }
+        sums.field()
     }
 
     /// The caster of the means of this one's matter.
