@@ -3,7 +3,6 @@
 //! `transfer` functions map scalars to colours and opacities, `palette` colours labels, `clip` keeps a part, a `scene` joins volumes
 //! with their looks, and `options` holds every other choice, with those of the paper's samples in `sample_options`.
 
-mod presets;
 pub mod transfer;
 pub(crate) mod palette;
 pub mod clip;

@@ -14,6 +14,7 @@ pub use resample_volume::transfer::Shading;
 
 use crate::look::clip::Clip;
 use crate::{Error, GradientOpacity};
+pub use resample_volume::transfer::{Blend, Isosurface};
 
 pub use crate::look::sample_options::{
     Cells, Classify, ColourBy, Interpolate, KernelSheets, SampleOptions, SampleOrder,
@@ -236,39 +237,6 @@ pub struct FieldOptions {
     /// The value of a ray that its pixel shows.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub blend: Blend,
-}
-
-/// The value of a ray that its pixel shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(rename_all = "kebab-case")
-)]
-pub enum Blend {
-    /// Emission and absorption: each sample behind those before it.
-    #[default]
-    Emission,
-    /// The greatest scalar, classified: its opacity over one opacity unit is the pixel's.
-    Maximum,
-    /// The least scalar inside the volume, classified alike.
-    Minimum,
-    /// The mean of the scalars inside the volume, classified alike.
-    Average,
-    /// A surface of one scalar.
-    Isosurface(Isosurface),
-}
-
-/// A surface of one scalar. It is lit as the shading says.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Isosurface {
-    /// The scalar, finite.
-    pub value: f64,
-    /// Linear red, green, blue; `None` is the transfer function's colour of the scalar.
-    pub colour: Option<[f32; 3]>,
-    /// Opacity of the surface each time that a ray crosses it; above 0, at most 1.
-    pub opacity: f32,
 }
 
 impl Default for FieldOptions {
@@ -501,30 +469,7 @@ impl FieldOptions {
     fn validate(&self) -> Result<(), Error> {
         slab(self.slab_voxels)?;
         match self.blend {
-            Blend::Isosurface(surface) => surface.validate(),
-            _ => Ok(()),
-        }
-    }
-}
-
-impl Isosurface {
-    fn validate(&self) -> Result<(), Error> {
-        if !self.value.is_finite() {
-            return wrong(format!(
-                "the surface is at {}, expected a finite number",
-                self.value
-            ));
-        }
-        if !(self.opacity > 0.0 && self.opacity <= 1.0) {
-            return wrong(format!(
-                "the opacity of the surface is {}, expected above 0, at most 1",
-                self.opacity
-            ));
-        }
-        match self.colour {
-            Some(rgb) if !rgb.iter().all(|c| c.is_finite() && *c >= 0.0) => wrong(format!(
-                "the colour of the surface is {rgb:?}, expected finite numbers from 0 on"
-            )),
+            Blend::Isosurface(surface) => validate_surface(&surface),
             _ => Ok(()),
         }
     }
@@ -595,4 +540,25 @@ fn share(name: &str, value: f32) -> Result<(), Error> {
     let value = f64::from(value);
     let is_good = (0.0..1.0).contains(&value);
     in_range(name, value, is_good, "0 or more, and less than 1")
+}
+
+fn validate_surface(surface: &Isosurface) -> Result<(), Error> {
+    if !surface.value.is_finite() {
+        return wrong(format!(
+            "the surface is at {}, expected a finite number",
+            surface.value
+        ));
+    }
+    if !(surface.opacity > 0.0 && surface.opacity <= 1.0) {
+        return wrong(format!(
+            "the opacity of the surface is {}, expected above 0, at most 1",
+            surface.opacity
+        ));
+    }
+    match surface.colour {
+        Some(rgb) if !rgb.iter().all(|c| c.is_finite() && *c >= 0.0) => wrong(format!(
+            "the colour of the surface is {rgb:?}, expected finite numbers from 0 on"
+        )),
+        _ => Ok(()),
+    }
 }

@@ -1,5 +1,3 @@
 //! Transfer functions, and the named looks that join one with its light.
 
 pub use resample_volume::transfer::*;
-
-pub use crate::look::presets::{DefaultLook, Preset, PresetScale};

@@ -3,8 +3,8 @@
 //! Colours are red, green, blue in linear light, none above 0.9, so that a highlight still shows; opacities are per voxel.
 //! Source: our own, from the Hounsfield units of tissues and from pictures of data that they were not made on.
 
-use crate::look::options::{Blend, Shading};
-use crate::look::presets::table::PresetScale::{Hounsfield, Share, Signal};
+use crate::transfer::presets::table::PresetScale::{Hounsfield, Share, Signal};
+use crate::transfer::{Blend, Shading};
 
 /// The scale of a preset's knots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -15,14 +15,12 @@ mod table;
 
 use std::str::FromStr;
 
-use resample_volume::volume::{Described, VoxelType};
-
-use crate::look::options::{Blend, Shading};
-use crate::look::presets::table::{Entry, PRESETS};
-use crate::look::transfer::{
-    ColourKnot, ColourMap, DataKind, Histogram, OpacityKnot, TransferFunction,
+use crate::transfer::presets::table::{Entry, PRESETS};
+use crate::transfer::{
+    Blend, ColourKnot, ColourMap, DataKind, Histogram, OpacityKnot, Shading, TransferFunction,
+    background_end,
 };
-use resample_volume::transfer::background_end;
+use crate::volume::{Described, VoxelType};
 
 pub use table::PresetScale;
 
@@ -184,11 +182,11 @@ fn field(histogram: &Histogram) -> TransferFunction {
 
 #[cfg(test)]
 mod tests {
+    use crate::volume::{Volume, Voxels};
     use glam::DAffine3;
-    use resample_volume::volume::{Volume, Voxels};
 
     use super::*;
-    use crate::look::presets::table::PRESETS;
+    use crate::transfer::presets::table::PRESETS;
 
     fn volume(voxels: Voxels) -> Volume {
         Volume::new([voxels.len(), 1, 1], voxels, DAffine3::IDENTITY).expect("valid")
