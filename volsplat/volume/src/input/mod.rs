@@ -27,6 +27,6 @@ pub use load::{Unread, load, load_components, of_memory, open_unread, peek};
 pub use options::{LoadOptions, RawOptions};
 
 #[cfg(test)]
-mod test_files;
+pub(crate) mod test_files;
 #[cfg(test)]
 mod tests;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
 use crate::Error;
-use crate::input::decode::DEFLATE_EXPANSION;
+use crate::input::decode::{DEFLATE_EXPANSION, zip};
 use crate::input::{LoadOptions, load, load_components};
 use crate::volume::Volume;
 
@@ -153,4 +153,47 @@ fn damaged(good: &[u8], dice: &mut Dice) -> Vec<u8> {
         }
     }
     bytes
+}
+
+/// A ZIP archive; every second member is deflated.
+pub(crate) fn zip_archive(files: &[(impl AsRef<str>, Vec<u8>)]) -> Vec<u8> {
+    let (mut zip, mut list) = (Vec::new(), Vec::new());
+    for (number, (name, bytes)) in files.iter().enumerate() {
+        let name = name.as_ref();
+        let method = if number % 2 == 0 { 0u16 } else { 8 };
+        let packed = match method {
+            0 => bytes.clone(),
+            _ => deflated(bytes),
+        };
+        let place = zip.len() as u32;
+        let mut facts = [20u16, 0, method, 0, 0].map(u16::to_le_bytes).concat();
+        facts.extend(
+            [0, packed.len() as u32, bytes.len() as u32]
+                .map(u32::to_le_bytes)
+                .concat(),
+        );
+        facts.extend([name.len() as u16, 0].map(u16::to_le_bytes).concat());
+        zip.extend([zip::MAGIC, &facts, name.as_bytes(), &packed].concat());
+        list.extend([b"PK\x01\x02\x14\0", facts.as_slice(), &[0; 10]].concat());
+        list.extend([&place.to_le_bytes(), name.as_bytes()].concat());
+    }
+    let (place, count) = (zip.len() as u32, files.len() as u16);
+    zip.extend(&list);
+    zip.extend(
+        [
+            b"PK\x05\x06\0\0\0\0".as_slice(),
+            &[count.to_le_bytes(); 2].concat(),
+        ]
+        .concat(),
+    );
+    zip.extend([list.len() as u32, place].map(u32::to_le_bytes).concat());
+    zip.extend([0, 0]);
+    zip
+}
+
+fn deflated(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder =
+        flate2::write::DeflateEncoder::new(Vec::new(), flate2::Compression::default());
+    encoder.write_all(bytes).expect("in memory");
+    encoder.finish().expect("in memory")
 }

@@ -1,6 +1,6 @@
 //! Scenes of both versions, written here pixel by pixel and read back from folders and archives.
 
-use std::io::{Cursor, Write};
+use std::io::Cursor;
 
 use image::{ExtendedColorType, ImageEncoder};
 use serde_json::{Value, json};
@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use super::super::sink::C0;
 use super::super::test_files::{Dir, check_damage, known, same_within};
 use super::*;
+use crate::input::test_files::zip_archive;
 
 /// A lossless picture of 2x2 pixels, or of other sizes.
 fn webp(pixels: &[[u8; 4]], width: u32) -> Vec<u8> {
@@ -122,48 +123,6 @@ fn meta(version: u32, degree: usize) -> Value {
     meta
 }
 
-/// A ZIP archive; every second member is deflated.
-fn archive(files: &[(String, Vec<u8>)]) -> Vec<u8> {
-    let (mut zip, mut list) = (Vec::new(), Vec::new());
-    for (number, (name, bytes)) in files.iter().enumerate() {
-        let method = if number % 2 == 0 { 0u16 } else { 8 };
-        let packed = match method {
-            0 => bytes.clone(),
-            _ => deflated(bytes),
-        };
-        let place = zip.len() as u32;
-        let mut facts = [20u16, 0, method, 0, 0].map(u16::to_le_bytes).concat();
-        facts.extend(
-            [0, packed.len() as u32, bytes.len() as u32]
-                .map(u32::to_le_bytes)
-                .concat(),
-        );
-        facts.extend([name.len() as u16, 0].map(u16::to_le_bytes).concat());
-        zip.extend([zip::MAGIC, &facts, name.as_bytes(), &packed].concat());
-        list.extend([b"PK\x01\x02\x14\0", facts.as_slice(), &[0; 10]].concat());
-        list.extend([&place.to_le_bytes(), name.as_bytes()].concat());
-    }
-    let (place, count) = (zip.len() as u32, files.len() as u16);
-    zip.extend(&list);
-    zip.extend(
-        [
-            b"PK\x05\x06\0\0\0\0".as_slice(),
-            &[count.to_le_bytes(); 2].concat(),
-        ]
-        .concat(),
-    );
-    zip.extend([list.len() as u32, place].map(u32::to_le_bytes).concat());
-    zip.extend([0, 0]);
-    zip
-}
-
-fn deflated(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder =
-        flate2::write::DeflateEncoder::new(Vec::new(), flate2::Compression::default());
-    encoder.write_all(bytes).expect("in memory");
-    encoder.finish().expect("in memory")
-}
-
 const WITHIN: [f32; 5] = [2e-4, 0.01, 0.011, 0.01, 0.002];
 
 #[test]
@@ -175,7 +134,7 @@ fn folders_and_archives_of_both_versions_read_back() {
             dir.write(name, bytes);
         }
         let gate = Gate::default();
-        let bundle = dir.write("bundle", &archive(&files));
+        let bundle = dir.write("bundle", &zip_archive(&files));
         assert!(begins(dir.path()) && is_bundle(&bundle));
         for path in [dir.path(), &dir.path().join(META), &bundle] {
             let mut notes = Vec::new();
@@ -226,7 +185,7 @@ fn forged_descriptions_are_refused() {
 #[test]
 fn damaged_archives_are_refused() {
     let dir = Dir::new();
-    let good = archive(&scene(2, 1));
+    let good = zip_archive(&scene(2, 1));
     let refused = |bytes: &[u8]| {
         let path = dir.write("a", bytes);
         let why = load(&path, &Gate::default(), &mut Vec::new()).expect_err("refused");
@@ -235,7 +194,7 @@ fn damaged_archives_are_refused() {
     assert!(refused(&good[..good.len() - 30]).contains("cut off"));
     let files = scene(2, 1);
     let without: Vec<_> = files[1..].to_vec();
-    assert!(refused(&archive(&without)).contains("'means_l.webp'"));
-    assert!(refused(&archive(&files[..2])).contains("no meta.json"));
+    assert!(refused(&zip_archive(&without)).contains("'means_l.webp'"));
+    assert!(refused(&zip_archive(&files[..2])).contains("no meta.json"));
     check_damage(&good, load);
 }

@@ -89,7 +89,7 @@ fn read(path: &Path, wanted: Option<&str>, gate: &Gate) -> Result<Parts, Fault> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::input::test_files::{Folder, survive_damage};
+    use crate::input::test_files::{Folder, survive_damage, zip_archive};
     use crate::input::{Format, arrays_of, format_of, load};
     use crate::volume::Voxels;
 
@@ -106,37 +106,9 @@ mod tests {
         bytes
     }
 
-    fn archive(members: &[(&str, Vec<u8>)]) -> Vec<u8> {
-        let (mut bytes, mut list) = (Vec::new(), Vec::new());
-        for (name, data) in members {
-            let place = bytes.len() as u32;
-            let size = (data.len() as u32).to_le_bytes();
-            let facts = [&[0; 8][..], &[0; 4], &size, &size].concat();
-            let length = (name.len() as u16).to_le_bytes();
-            bytes.extend([MAGIC, &[20, 0], &facts[..8], &facts[8..], &length, &[0; 2]].concat());
-            bytes.extend(name.as_bytes());
-            bytes.extend(data);
-            list.extend([b"PK\x01\x02", &[20, 0, 20, 0][..], &facts, &length].concat());
-            list.extend([0; 12]);
-            list.extend(place.to_le_bytes());
-            list.extend(name.as_bytes());
-        }
-        let count = (members.len() as u16).to_le_bytes();
-        let (place, size) = (bytes.len() as u32, list.len() as u32);
-        let end = [
-            &b"PK\x05\x06\0\0\0\0"[..],
-            &count,
-            &count,
-            &size.to_le_bytes(),
-            &place.to_le_bytes(),
-            &[0; 2],
-        ];
-        [bytes, list, end.concat()].concat()
-    }
-
     #[test]
     fn the_largest_array_is_read_or_the_one_that_is_named() {
-        let bytes = archive(&[
+        let bytes = zip_archive(&[
             ("few.npy", array(&[1, 2])),
             ("many.npy", array(&[3, 4, 5, 6])),
             ("note.txt", b"text".to_vec()),

@@ -4,24 +4,22 @@
 
 use std::path::Path;
 
-use resample_io::files::read_small;
 use serde_json::Value;
 
 use crate::Error;
 use crate::input::file::{Fault, unsupported};
 use crate::input::formats::zarr::codecs::{Codecs, Packing, Shard, len};
-use crate::input::{cannot_read, invalid};
+use crate::input::formats::zarr::store::Store;
+use crate::input::invalid;
 use crate::volume::{Endian, VoxelType};
 
 /// Largest file of metadata, bytes: consolidated metadata of a whole screen has a few megabytes. A guess.
 const MAX_BYTES: u64 = 64 << 20;
 
 /// Reads a file of metadata; `None` where the file is missing.
-pub(crate) fn json(path: &Path) -> Result<Option<Value>, Error> {
-    let text = match read_small(path, MAX_BYTES) {
-        Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        Err(source) => return Err(cannot_read(path, source)),
+pub(crate) fn json(store: &Store, path: &Path) -> Result<Option<Value>, Error> {
+    let Some(text) = store.read_small(path, MAX_BYTES)? else {
+        return Ok(None);
     };
     let value: Value = serde_json::from_slice(&text)
         .map_err(|error| invalid(path, format!("not JSON: {error}")))?;
@@ -62,9 +60,9 @@ impl Array {
     }
 }
 
-pub(crate) fn read(folder: &Path) -> Result<Array, Error> {
+pub(crate) fn read(store: &Store, folder: &Path) -> Result<Array, Error> {
     let (v3, v2) = (folder.join("zarr.json"), folder.join(".zarray"));
-    let (path, array) = match (json(&v3)?, json(&v2)?) {
+    let (path, array) = match (json(store, &v3)?, json(store, &v2)?) {
         (Some(meta), _) => (v3, version_3(&meta)),
         (None, Some(meta)) => (v2, version_2(&meta)),
         (None, None) => {

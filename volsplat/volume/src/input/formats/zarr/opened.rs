@@ -6,7 +6,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use resample_io::Gate;
-use resample_io::files::read_whole;
 use serde_json::Value;
 
 use crate::Error;
@@ -16,13 +15,11 @@ use crate::input::decode::Layout;
 use crate::input::file::{Fault, unsupported};
 use crate::input::formats::zarr::array::{Array, json};
 use crate::input::formats::zarr::codecs::{PlaceIn, Span, copy_box, len};
+use crate::input::formats::zarr::store::Store;
 use crate::input::formats::zarr::{array, codecs};
 use crate::input::options::LoadOptions;
-use crate::input::{Parts, cannot_read, decode, invalid, unsupported_file};
+use crate::input::{Parts, decode, invalid, unsupported_file};
 use crate::volume::{Lattice, VoxelType, Voxels};
-
-/// Files whose presence makes a folder a Zarr store.
-const MARKS: [&str; 4] = ["zarr.json", ".zarray", ".zgroup", ".zattrs"];
 
 /// More chunks than any store that a single machine reads; a forged shape must not keep us looking for them. A guess.
 const MAX_CHUNKS: usize = 1 << 24;
@@ -34,14 +31,10 @@ const FEWEST_CHUNKS: usize = 1000;
 /// Most channels that are described one by one; a forged shape must not fill the memory with them. A guess, far above any microscope.
 const MOST_CHANNELS: usize = 4096;
 
-/// Returns true if a folder is a Zarr store.
-pub(crate) fn begins(folder: &Path) -> bool {
-    folder.is_dir() && MARKS.iter().any(|mark| folder.join(mark).is_file())
-}
-
 /// An array, and what of it makes the volume.
 pub(crate) struct Opened {
-    /// The folder of the array.
+    pub(crate) store: Store,
+    /// The folder of the array, from the store's on.
     pub(crate) folder: PathBuf,
     pub(crate) array: Array,
     /// The wanted part of each axis.
@@ -77,22 +70,23 @@ pub(crate) fn load(
         Ok(open(folder, &options)?.spans)
     };
     let spans: Vec<Vec<Span>> = match channels {
-        [] => vec![opened.spans],
+        [] => vec![opened.spans.clone()],
         channels => channels
             .iter()
             .map(spans_of)
             .collect::<Result<_, Error>>()?,
     };
     Ok(Parts {
-        voxels: voxels(&opened.folder, &opened.array, &spans, &options.gate)?,
+        voxels: voxels(&opened, &spans, &options.gate)?,
         lattice: opened.lattice,
     })
 }
 
 /// The channels and points in time of the chosen level.
 pub(crate) fn axes(folder: &Path, options: &LoadOptions) -> Result<ImageAxes, Error> {
-    let image = read(folder)?;
-    let array = array::read(&dataset_of(&image, folder, options)?.folder(folder))?;
+    let store = Store::open(folder, &options.gate)?;
+    let image = read(&store)?;
+    let array = array::read(&store, &dataset_of(&image, folder, options)?.folder(folder))?;
     Ok(image.axes(&array))
 }
 
@@ -114,10 +108,11 @@ fn dataset_of<'a>(
 
 /// Reads the metadata.
 pub(crate) fn open(folder: &Path, options: &LoadOptions) -> Result<Opened, Error> {
-    let image = read(folder)?;
+    let store = Store::open(folder, &options.gate)?;
+    let image = read(&store)?;
     let dataset = dataset_of(&image, folder, options)?;
     let path = dataset.folder(folder);
-    let array = array::read(&path)?;
+    let array = array::read(&store, &path)?;
     let spans = selected(&image, &array, options).map_err(|fault| fault.at(folder))?;
     let spatial = spatial_axes(&image, array.shape.len());
     let mut dims = [1; 3];
@@ -143,6 +138,7 @@ pub(crate) fn open(folder: &Path, options: &LoadOptions) -> Result<Opened, Error
     // There is an axis of space, or nothing could have been selected.
     let last_axis = spatial.last().copied().unwrap_or(0);
     Ok(Opened {
+        store,
         folder: path,
         array,
         spans,
@@ -214,12 +210,8 @@ fn selected(image: &Image, array: &Array, options: &LoadOptions) -> Result<Vec<S
 }
 
 /// Unpacks the chunks that the spans of one component or another touch, each once. All components have the same size.
-fn voxels(
-    folder: &Path,
-    array: &Array,
-    components: &[Vec<Span>],
-    gate: &Gate,
-) -> Result<Vec<Voxels>, Error> {
+fn voxels(opened: &Opened, components: &[Vec<Span>], gate: &Gate) -> Result<Vec<Voxels>, Error> {
+    let (folder, array) = (opened.folder.as_path(), &opened.array);
     let bytes_each = array.voxel_type.bytes();
     let size: Vec<usize> = components[0].iter().map(|span| span.size).collect();
     let count =
@@ -240,7 +232,7 @@ fn voxels(
     let chunk_bytes = (array.chunk.iter().product::<usize>() * bytes_each) as u64;
     let mut chunks = BTreeMap::new();
     for (component, spans) in components.iter().enumerate() {
-        for (index, path) in chunks_of(folder, array, spans)? {
+        for (index, path) in chunks_of(opened, spans)? {
             let (_, users) = chunks.entry(index).or_insert((path, Vec::new()));
             users.push(component);
         }
@@ -249,7 +241,7 @@ fn voxels(
     let filled = filled.collect::<Result<Vec<_>, String>>();
     let mut all = filled.map_err(|what| invalid(folder, what))?;
     for (index, (path, users)) in chunks {
-        let packed = read_whole(&path).map_err(|source| cannot_read(&path, source))?;
+        let packed = opened.store.read(&path)?;
         gate.ask_unpacked(chunk_bytes, packed.len() as u64, "the voxels of the chunk")
             .map_err(|what| invalid(&path, what))?;
         let chunk = codecs::unpack(&array.codecs, &array.chunk, &packed, &array.fill);
@@ -317,10 +309,10 @@ impl Common {
 
 /// The chunks that the spans touch and that were written: their places and their files.
 pub(crate) fn chunks_of(
-    folder: &Path,
-    array: &Array,
+    opened: &Opened,
     spans: &[Span],
 ) -> Result<Vec<(Vec<usize>, PathBuf)>, Error> {
+    let (folder, array) = (&opened.folder, &opened.array);
     let ranges: Vec<Span> = spans
         .iter()
         .zip(&array.chunk)
@@ -353,7 +345,7 @@ pub(crate) fn chunks_of(
             rest /= sizes[axis];
         }
         let path = folder.join(array.key(&index));
-        if path.is_file() {
+        if opened.store.holds(&path) {
             found.push((index, path));
         }
     }
@@ -440,15 +432,16 @@ impl Dataset {
     }
 }
 
-pub(crate) fn read(folder: &Path) -> Result<Image, Error> {
+fn read(store: &Store) -> Result<Image, Error> {
+    let folder = store.root();
     let v3 = folder.join("zarr.json");
-    let (path, attributes) = match json(&v3)? {
+    let (path, attributes) = match json(store, &v3)? {
         Some(meta) if meta["node_type"] == "array" => return Ok(plain()),
         Some(meta) => (v3, meta["attributes"]["ome"].clone()),
-        None if folder.join(".zarray").is_file() => return Ok(plain()),
+        None if store.holds(&folder.join(".zarray")) => return Ok(plain()),
         None => {
             let path = folder.join(".zattrs");
-            let attributes = json(&path)?.unwrap_or(Value::Null);
+            let attributes = json(store, &path)?.unwrap_or(Value::Null);
             (path, attributes)
         }
     };

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use crate::input::test_files::{Dice, Folder, check_components, gzip, zlib};
-use crate::input::{Format, ImageChannel, LoadOptions, axes_of, format_of, load};
+use crate::input::test_files::{Dice, Folder, check_components, gzip, zip_archive, zlib};
+use crate::input::{Format, ImageChannel, LoadOptions, axes_of, format_of, load, open_unread};
+use crate::source::Region;
 use crate::volume::{Volume, Voxels};
 
 /// 3x4x5 voxels (z, y, x) in chunks of 2x3x4.
@@ -476,4 +477,62 @@ fn damaged_chunks_are_refused_and_never_panic() {
         refused > 200,
         "damage is noticed: {refused} of 500 were refused"
     );
+}
+
+/// The files below a folder as members of an archive, in a folder of that name.
+fn zipped(store: &Path, within: &str) -> Vec<u8> {
+    let mut members = Vec::new();
+    let mut folders = vec![store.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let below = path.strip_prefix(store).expect("inside");
+            let name = format!("{within}{}", below.to_string_lossy().replace('\\', "/"));
+            members.push((name, std::fs::read(&path).expect("a file")));
+        }
+    }
+    members.sort();
+    zip_archive(&members)
+}
+
+#[test]
+fn an_archive_is_read_as_the_folder_that_it_was_made_of() {
+    let folder = Folder::new();
+    let image = image(&folder);
+    let options = LoadOptions {
+        level: Some(1),
+        component: Some(2),
+        time: Some(1),
+        ..LoadOptions::default()
+    };
+    let expected = load(&image, &options).unwrap_or_else(|error| panic!("{error}"));
+    for (name, within) in [("a.ozx", ""), ("a.zarr.zip", ""), ("b.ZIP", "image.zarr/")] {
+        let bytes = zipped(&image, within);
+        let path = folder.write(name, &[&bytes]);
+        assert_eq!(format_of(&path).expect("readable"), Some(Format::Zarr));
+        let got = load(&path, &options).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!((got.dims, &got.voxels), (expected.dims, &expected.voxels));
+        assert_eq!(got.world_from_index, expected.world_from_index);
+        let unread = open_unread(&path, &options, 1 << 20, &mut |_| {}).expect("readable");
+        let source = unread.expect("in chunks").source;
+        let whole = Region {
+            first: [0; 3],
+            size: got.dims,
+        };
+        assert_eq!(source.read(&whole).expect("unpacked"), got.voxels);
+        // Cut off or damaged, it is refused, and nothing panics.
+        for end in (0..bytes.len()).step_by(37) {
+            let cut = folder.write("cut.ozx", &[&bytes[..end]]);
+            assert!(load(&cut, &options).is_err(), "{end} of {}", bytes.len());
+        }
+    }
+    // Another archive is told to be unpacked.
+    let other = zip_archive(&[("note.txt", b"text".to_vec())]);
+    let path = folder.write("other.zip", &[&other]);
+    let refused = load(&path, &options).expect_err("no volume").to_string();
+    assert!(refused.contains("unpack"), "{refused}");
 }

@@ -12,7 +12,6 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
-use resample_io::files::read_whole;
 
 use crate::Error;
 use crate::input::decode::Layout;
@@ -20,7 +19,7 @@ use crate::input::decode::stored::Stored;
 use crate::input::formats::zarr::codecs;
 use crate::input::formats::zarr::codecs::{PlaceIn, copy_box, len};
 use crate::input::formats::zarr::opened::{Common, Opened, chunks_of};
-use crate::input::{cannot_read, invalid};
+use crate::input::invalid;
 use crate::source::Watch;
 use crate::volume::NanPolicy;
 
@@ -62,7 +61,7 @@ fn unpack(opened: &Opened, max_memory: u64, watch: &mut Watch) -> Result<File, E
     let bytes = len(&sizes).and_then(|count| count.checked_mul(element));
     let bytes =
         bytes.ok_or_else(|| invalid(folder, "more voxels than this machine can count"))? as u64;
-    let chunks = chunks_of(folder, &opened.array, &opened.spans)?;
+    let chunks = chunks_of(opened, &opened.spans)?;
     let chunk_bytes = chunk_bytes(opened, &chunks)?;
     if COPIES * chunk_bytes > max_memory / 2 {
         return Err(Error::Option(format!(
@@ -109,8 +108,7 @@ fn chunk_bytes(opened: &Opened, chunks: &[Chunk]) -> Result<u64, Error> {
     // The product has been checked when the array was read.
     let unpacked = opened.array.chunk.iter().product::<usize>() * opened.array.voxel_type.bytes();
     chunks.iter().try_fold(unpacked as u64, |most, (_, path)| {
-        let file = std::fs::metadata(path).map_err(|source| cannot_read(path, source))?;
-        Ok(most.max(file.len()))
+        Ok(most.max(opened.store.bytes(path)?))
     })
 }
 
@@ -126,7 +124,7 @@ struct Part {
 /// The wanted part of a chunk, and where in the volume each of its rows begins, in voxels.
 fn unpacked(opened: &Opened, index: &[usize], path: &Path) -> Result<(Part, Vec<usize>), Error> {
     let (array, spans) = (&opened.array, &opened.spans);
-    let packed = read_whole(path).map_err(|source| cannot_read(path, source))?;
+    let packed = opened.store.read(path)?;
     let chunk = codecs::unpack(&array.codecs, &array.chunk, &packed, &array.fill);
     let chunk = chunk.map_err(|fault| fault.at(path))?;
     let Common { size, from, to } = Common::new(array, spans, index);
