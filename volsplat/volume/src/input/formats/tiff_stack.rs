@@ -7,12 +7,14 @@
 //! Spacing is taken from the description of the first page, else it is 1: the resolution alone is meant for printers.
 //! ImageJ writes lines such as `slices=27` and `spacing=2.5`; with a `unit`, the resolution of the page is in pixels per
 //! that unit. OME writes XML, whose element Pixels has the physical size of a voxel. Both say which page is which slice of which channel
-//! at which time (`notes.rs`); `pages.rs` reads directories and pages. Source: TIFF 6.0 and BigTIFF; the decoder is the crate `tiff`.
+//! at which time (`notes.rs`); `pages.rs` reads directories and pages, `zstandard.rs` those that are packed so. Source: TIFF 6.0 and BigTIFF; the decoder is the crate `tiff`.
 //! Limits: grey values of 8 to 64 bits, half precision included; of colours of 8 or 16 bits one component, interleaved; no palettes;
 //! channels and times of one file; of several files, slices alone.
 
+mod kind;
 mod notes;
 mod pages;
+mod zstandard;
 
 use std::path::{Path, PathBuf};
 
@@ -23,8 +25,9 @@ use crate::input::axes;
 use crate::input::axes::ImageAxes;
 use crate::input::decode::component::chosen;
 use crate::input::file::Fault;
+use crate::input::formats::tiff_stack::kind::Kind;
 use crate::input::formats::tiff_stack::notes::Notes;
-use crate::input::formats::tiff_stack::pages::{Kind, Pages};
+use crate::input::formats::tiff_stack::pages::Pages;
 use crate::input::options::LoadOptions;
 use crate::input::{Parts, decode, invalid};
 use crate::volume::{Lattice, Voxels};

@@ -2,56 +2,22 @@
 //!
 //! Takes a path, returns the facts of all pages, and the voxels of some of them.
 
-use std::fmt;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
 use resample_io::tiff::GREATEST_EXPANSION;
+use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::{CompressionMethod, PhotometricInterpretation, PlanarConfiguration, Tag};
-use tiff::{ColorType, TiffError};
 
 use crate::Error;
 use crate::input::file::{Fault, unsupported};
+use crate::input::formats::tiff_stack::kind::{Kind, fault_of_page};
 use crate::input::formats::tiff_stack::notes::FirstPage;
+use crate::input::formats::tiff_stack::zstandard;
 use crate::input::{cannot_read, decode, open};
 use crate::volume::Voxels;
-
-/// Size and type of a page; all pages of a stack have the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Kind {
-    /// Pixels.
-    pub(crate) width: usize,
-    /// Pixels.
-    pub(crate) height: usize,
-    /// Bits of a number.
-    pub(crate) bits: u8,
-    /// Numbers of a pixel: 1, or 3 and 4 of colours.
-    pub(crate) components: usize,
-}
-
-impl Kind {
-    /// Bytes of a page.
-    pub(crate) fn bytes(self) -> u64 {
-        let numbers = self.width as u64 * self.height as u64 * self.components as u64;
-        numbers.saturating_mul(u64::from(self.bits / 8))
-    }
-}
-
-impl fmt::Display for Kind {
-    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        write!(
-            f,
-            "{}x{} pixels of {} bits",
-            self.width, self.height, self.bits
-        )?;
-        match self.components {
-            1 => Ok(()),
-            components => write!(f, " in {components} colours"),
-        }
-    }
-}
 
 /// The facts of a file's directories.
 pub(crate) struct Pages {
@@ -99,7 +65,10 @@ impl Pages {
         for &page in pages {
             let fault = |error| fault_of_page(page, &error);
             decoder.seek_to_image(page).map_err(fault)?;
-            let part = numbers(decoder.read_image().map_err(fault)?);
+            let part = match zstandard::is_packed(&mut decoder, page)? {
+                true => zstandard::read(&mut decoder, &self.kind, page)?,
+                false => numbers(decoder.read_image().map_err(fault)?),
+            };
             let components = self.kind.components;
             let needed = self.kind.width * self.kind.height * components;
             let held = part.len();
@@ -311,13 +280,5 @@ fn numbers(values: DecodingResult) -> Voxels {
         }
         DecodingResult::F32(values) => Voxels::F32(values),
         DecodingResult::F64(values) => Voxels::F64(values),
-    }
-}
-
-fn fault_of_page(page: usize, error: &TiffError) -> Fault {
-    let what = format!("page {page}: {error}");
-    match error {
-        TiffError::UnsupportedError(_) => Fault::Unsupported(what),
-        _ => Fault::Invalid(what),
     }
 }

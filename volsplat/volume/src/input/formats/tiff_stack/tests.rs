@@ -468,3 +468,104 @@ fn damaged_files_are_refused_and_never_panic() {
         700,
     );
 }
+
+/// One page of 5x4 numbers of 16 bits, each strip or tile packed by Zstandard; `tile` is a side, and numbers are differences then.
+fn zstandard_page(tile: Option<usize>, value: impl Fn(usize, usize) -> u16) -> Vec<u8> {
+    let (width, height) = (5, 4);
+    let (size, starts) = match tile {
+        Some(side) => ([side, side], vec![[0, 0]]),
+        None => ([width, 3], vec![[0, 0], [0, 3]]),
+    };
+    let mut bytes = b"II\x2a\0\0\0\0\0".to_vec();
+    let mut places = Vec::new();
+    for [left, top] in starts {
+        let rows = if tile.is_some() {
+            size[1]
+        } else {
+            size[1].min(height - top)
+        };
+        let mut part = Vec::new();
+        for y in top..top + rows {
+            let mut before = 0;
+            for x in left..left + size[0] {
+                let own = if x < width && y < height {
+                    value(x, y)
+                } else {
+                    9
+                };
+                let stored = if tile.is_some() {
+                    own.wrapping_sub(before)
+                } else {
+                    own
+                };
+                part.extend(stored.to_le_bytes());
+                before = own;
+            }
+        }
+        let level = ruzstd::encoding::CompressionLevel::Fastest;
+        let packed = ruzstd::encoding::compress_to_vec(part.as_slice(), level);
+        places.push([bytes.len() as u32, packed.len() as u32]);
+        bytes.extend(packed);
+    }
+    bytes.resize(bytes.len().next_multiple_of(2), 0);
+    let lists = bytes.len() as u32;
+    for column in 0..2 {
+        for place in &places {
+            bytes.extend(place[column].to_le_bytes());
+        }
+    }
+    let count = places.len() as u32;
+    let listed = |column: u32| match count {
+        1 => places[0][column as usize],
+        _ => lists + 4 * count * column,
+    };
+    let mut entries = vec![
+        (256, 1, width as u32),
+        (257, 1, height as u32),
+        (258, 1, 16),
+        (259, 1, 50000),
+        (262, 1, 1),
+        (277, 1, 1),
+    ];
+    entries.extend(match tile {
+        Some(side) => [
+            (317, 1, 2),
+            (322, 1, side as u32),
+            (323, 1, side as u32),
+            (324, count, listed(0)),
+            (325, count, listed(1)),
+        ]
+        .to_vec(),
+        None => [
+            (273, count, listed(0)),
+            (278, 1, size[1] as u32),
+            (279, count, listed(1)),
+        ]
+        .to_vec(),
+    });
+    entries.sort_unstable();
+    let place = bytes.len() as u32;
+    bytes[4..8].copy_from_slice(&place.to_le_bytes());
+    bytes.extend((entries.len() as u16).to_le_bytes());
+    for (tag, count, number) in entries {
+        bytes.extend((tag as u16).to_le_bytes());
+        bytes.extend([4, 0]);
+        bytes.extend(count.to_le_bytes());
+        bytes.extend(number.to_le_bytes());
+    }
+    bytes.extend([0; 4]);
+    bytes
+}
+
+#[test]
+fn pages_packed_by_zstandard_read_back() {
+    let value = |x: usize, y: usize| (60_000 * (x % 2) + 1000 * y + x) as u16;
+    let expected = (0..20).map(|at| value(at % 5, at / 5)).collect();
+    let expected = Voxels::U16(expected);
+    for tile in [None, Some(16)] {
+        let bytes = zstandard_page(tile, value);
+        let volume = loaded(&bytes);
+        assert_eq!((volume.dims, &volume.voxels), ([5, 4, 1], &expected));
+        survive_damage(&bytes, &LoadOptions::default(), 400);
+    }
+}
