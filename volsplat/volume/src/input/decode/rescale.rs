@@ -127,10 +127,34 @@ mod tests {
             Voxels::I8(vec![-3, -1]),
             "small"
         );
+        assert_eq!(
+            rescale(1.0, -5.0, Voxels::U16(vec![0, 40_005])),
+            Voxels::I32(vec![-5, 40_000]),
+            "below 0 and beyond 16 bits with a sign"
+        );
+        assert_eq!(
+            rescale(-1.0, 100.0, Voxels::U8(vec![0, 250])),
+            Voxels::I16(vec![100, -150]),
+            "below 0 and beyond 8 bits with a sign"
+        );
+        assert_eq!(
+            rescale(1.0, -5.0, Voxels::U32(vec![0, 3_000_000_005])),
+            Voxels::F64(vec![-5.0, 3e9]),
+            "below 0 and beyond 32 bits with a sign"
+        );
     }
 
     #[test]
     fn fractions_give_floats_of_the_right_width() {
+        let shifted = Rescale {
+            slope: 2.0,
+            intercept: 0.5,
+        };
+        assert_eq!(
+            shifted.apply(Voxels::U8(vec![0, 3])),
+            Voxels::F32(vec![0.5, 6.5]),
+            "a fraction in the intercept alone"
+        );
         let half = Rescale {
             slope: 0.5,
             intercept: 1.0,
