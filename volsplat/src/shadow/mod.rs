@@ -6,6 +6,7 @@
 //! around a vertex, and says how far it is skin; `surface` is the soft layer around an isosurface. `sweep` carries columns of light from slice
 //! to slice; `sky` sums extinction along lines of vertices, of which a `sheet` at a time is in the cache; `sharpen` sharpens light between
 //! vertices, `brightness` is its mean over what views see, and `tables` holds the results.
+//! `coarse` sums matter over boxes, where light is found at fewer vertices, and `coarse_gain` keeps surfaces as bright there.
 //!
 //! A column of light is one ray from its entry to its end: its optical depth is summed and never interpolated, so that no blur
 //! grows with the distance. Slices are those of the grid that the light crosses most steeply; between two of them the scalar changes
