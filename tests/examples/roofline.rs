@@ -1,4 +1,4 @@
-//! How near frames of volumes are to what the machine can do at most: a roofline, as a Markdown table.
+//! A roofline: times of frames of volumes beside the limits of memory, cache and arithmetic, as a Markdown table.
 //!
 //! `cargo run --release -p resample-tests --example roofline [-- FRAMES]`. The rates of the machine are measured first, on one thread: bytes
 //! that are read from memory and from the second cache, and multiplications with additions. Counts of frames give three times
@@ -29,7 +29,7 @@ const LANE_OPERATIONS: f64 = 13.0;
 /// Those of a sample that contributes: two for its place in the transfer function, four for its entry, six for opacity, four for the pixel.
 const SAMPLE_OPERATIONS: f64 = 16.0;
 
-/// What the machine does at most, on one thread.
+/// The greatest rates of the machine, on one thread.
 struct Rates {
     memory_bytes_per_s: f64,
     cache_bytes_per_s: f64,
@@ -187,7 +187,7 @@ fn chain<S: Simd>(simd: S, rounds: usize) -> f32 {
     total
 }
 
-/// What a try did, by its seconds.
+/// The greatest rate of five tries; `work` gives the amount that it did.
 fn best_of_five(mut work: impl FnMut() -> f64) -> f64 {
     let mut best: f64 = 0.0;
     for _ in 0..5 {

@@ -86,7 +86,7 @@ impl Account<'_> {
                 format!("; shadows and occlusion err by at most {error:.5} beside that")
             }
             LightError::Unknown => {
-                "; errors of shadows and occlusion, whose grid memory limits, come on top (docs/light.md)".into()
+                "; errors of shadows and occlusion are not known: a coarser grid of light gives the same picture".into()
             }
         }
     }

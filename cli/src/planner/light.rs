@@ -9,18 +9,18 @@ use crate::measure::{Reference, rendered};
 use crate::open::setting::{Choices, Setting, VolumeChoice};
 use crate::values::{Bound, BoundMetric};
 
-/// Error of light that is found at each voxel, as a share of its change to that of each second one. On eight scenes whose truth is known it was 0.13 to
-/// 0.7, most of all in fog (docs/light.md).
+/// Error of light that is found at each voxel, as a share of its change to that of each second one. On scenes with an f64 reference it was 0.13 to 0.7,
+/// greatest in fog (docs/light.md).
 const SHARE_OF_CHANGE: f64 = 0.7;
 
 /// The error of light beside that of sampling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum LightError {
-    /// Nothing blocks light, or the light is none of a volume.
+    /// Nothing blocks light, or the scene is no volume.
     None,
     /// At most so much, by the metric of the bound.
     Within(f64),
-    /// Both grids are one, because memory has no room for a finer one.
+    /// Both grids give one picture, as where memory has no room for the finer one.
     Unknown,
 }
 
@@ -60,7 +60,7 @@ pub(super) fn error(scene: &mut PlannedScene, metric: BoundMetric) -> Result<Lig
         LightGrid::Auto | LightGrid::AtHand | LightGrid::Every(1) => None,
         LightGrid::Every(_) => Some(drawn(asked)?),
     };
-    // Last, so that this light is known to what is drawn next.
+    // This picture is drawn last, because the next ones need the same light.
     let each = Reference::new(drawn(LightGrid::Auto)?, Vec::new());
     let change = |image: &_| {
         let comparison = each.comparison(image)?;

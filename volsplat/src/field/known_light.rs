@@ -8,10 +8,10 @@ use crate::shadow::tables::Reaching;
 #[derive(Clone, Debug, Default)]
 pub(super) struct FieldLight {
     /// On the grid that was asked for.
-    whole: Reaching,
+    pub(super) whole: Reaching,
     grid: LightGrid,
     /// On a coarse one, while pictures move and the other is not known.
-    moving: Reaching,
+    pub(super) moving: Reaching,
     /// Matter on the grid that light was found on last, where that is not the volume's own.
     pub(super) coarse: Option<CoarseField>,
 }
@@ -70,17 +70,5 @@ impl FieldLight {
             LightGrid::AtHand if lacks_some => &self.moving,
             _ => &self.whole,
         }
-    }
-
-    /// Adds light that was found, on a coarse grid for moving pictures or on that which was asked for.
-    pub(super) fn add(&mut self, found: Reaching, is_for_moving: bool) {
-        let known = match is_for_moving {
-            true => &mut self.moving,
-            false => &mut self.whole,
-        };
-        (known.sun, known.sky) = (
-            found.sun.or(known.sun.take()),
-            found.sky.or(known.sky.take()),
-        );
     }
 }

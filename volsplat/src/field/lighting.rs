@@ -59,11 +59,11 @@ impl FieldPipeline {
         let (found, coarse) = self.found(wanted, coarse, (watch, stop))?;
         let light = &mut self.light;
         light.coarse = coarse;
-        let is_held = matches!(self.source, Source::Cells(_));
-        light.add(
-            found,
-            is_held && self.options.light_grid == LightGrid::AtHand,
-        );
+        let known = match (self.options.light_grid, &self.source) {
+            (LightGrid::AtHand, Source::Cells(_)) => &mut light.moving,
+            _ => &mut light.whole,
+        };
+        known.add(found);
         Ok(())
     }
 

@@ -1,7 +1,7 @@
 //! Matter and light on a grid of fewer vertices, where the light of every voxel would take too much memory or time.
 //!
 //! Takes the matter of a field, all of it or some bricks at a time, and sums it over boxes: a vertex of the coarse grid stands at each
-//! `step`-th voxel, and its box reaches half a step to each side. Extinction is averaged after classification, so that what is thin
+//! `step`-th voxel, and its box reaches half a step to each side. Extinction is averaged after classification, so that thin matter
 //! darkens as it should; where an isosurface is drawn, scalars are averaged. The means are bricks again, which `tables` finds the light of as it
 //! does that of voxels, and light at the field's own vertices is interpolated between those of the coarse grid.
 
@@ -291,7 +291,7 @@ impl BoxSums {
             .filter(|at| self.sums[*at][1] == 0.0)
             .collect();
         for sum in &mut self.sums {
-            // NaN where there is none.
+            // A vertex without a scalar gets NaN.
             sum[0] /= sum[1];
         }
         let mut known: VecDeque<usize> = (0..self.sums.len())
@@ -328,7 +328,7 @@ impl BoxSums {
         }
     }
 
-    /// The scalar so many steps away; NaN where there is none.
+    /// The scalar so many steps away; NaN beyond the grid and at vertices without one.
     fn scalar_at(&self, at: usize, step: isize, times: isize) -> f32 {
         let mut at = at;
         for _ in 0..times {

@@ -1,7 +1,7 @@
 //! How much brighter light of a coarse grid has to be, so that surfaces are as bright as under the light of every voxel.
 //!
-//! Between vertices several voxels apart, light falls off farther outside of a surface than matter does, and more slowly inside. So what is seen
-//! of the surface takes more or less of it than the means say that pictures are held by. Takes some boxes of bricks, finds in each the light of
+//! Light between vertices several voxels apart changes more slowly across a surface than extinction does. So visible samples get less light than
+//! the mean by which pictures are normalised. Takes some boxes of bricks, finds in each the light of
 //! every voxel and that of the coarse grid, as if the box were alone, and compares both where matter meets light.
 //! Limits: one factor for all of a volume.
 

@@ -75,6 +75,12 @@ impl Reaching {
         Self { sun, sky }
     }
 
+    /// Takes light that was found.
+    pub(crate) fn add(&mut self, found: Self) {
+        self.sun = found.sun.or(self.sun.take());
+        self.sky = found.sky.or(self.sky.take());
+    }
+
     /// The light times factors of the sun's and of the sky's.
     pub(crate) fn brighter(mut self, [of_sun, of_sky]: [f32; 2]) -> Self {
         for (tables, factor) in [(&mut self.sun, of_sun), (&mut self.sky, of_sky)] {

@@ -1,4 +1,4 @@
-//! Size and type of the pages of a stack, and what is wrong with one.
+//! Size and type of the pages of a stack, and the errors of a page.
 
 use std::fmt;
 

@@ -469,91 +469,105 @@ fn damaged_files_are_refused_and_never_panic() {
     );
 }
 
-/// One page of 5x4 numbers of 16 bits, each strip or tile packed by Zstandard; `tile` is a side, and numbers are differences then.
+/// Width and height of the page that is packed by Zstandard.
+const PACKED: [usize; 2] = [5, 4];
+
+/// A strip or a tile of the page, packed by Zstandard: rows from `top` on. The numbers of a tile are differences.
+fn zstandard_part(
+    [width, rows]: [usize; 2],
+    (top, is_tile): (usize, bool),
+    value: impl Fn(usize, usize) -> u16,
+) -> Vec<u8> {
+    let mut part = Vec::new();
+    for y in top..top + rows {
+        let mut before = 0;
+        for x in 0..width {
+            let own = if x < PACKED[0] && y < PACKED[1] {
+                value(x, y)
+            } else {
+                9
+            };
+            let stored = if is_tile {
+                own.wrapping_sub(before)
+            } else {
+                own
+            };
+            part.extend(stored.to_le_bytes());
+            before = own;
+        }
+    }
+    let level = ruzstd::encoding::CompressionLevel::Fastest;
+    ruzstd::encoding::compress_to_vec(part.as_slice(), level)
+}
+
+/// A directory with these entries: tag, count, and the number or its place. All are numbers of 32 bits.
+fn directory(entries: &[(u16, u32, u32)]) -> Vec<u8> {
+    let mut bytes = (entries.len() as u16).to_le_bytes().to_vec();
+    for (tag, count, number) in entries {
+        bytes.extend(tag.to_le_bytes());
+        bytes.extend([4, 0]);
+        bytes.extend(count.to_le_bytes());
+        bytes.extend(number.to_le_bytes());
+    }
+    bytes.extend([0; 4]);
+    bytes
+}
+
+/// One page of numbers of 16 bits in two strips, or in one tile of this side.
 fn zstandard_page(tile: Option<usize>, value: impl Fn(usize, usize) -> u16) -> Vec<u8> {
-    let (width, height) = (5, 4);
-    let (size, starts) = match tile {
-        Some(side) => ([side, side], vec![[0, 0]]),
-        None => ([width, 3], vec![[0, 0], [0, 3]]),
+    let [width, height] = PACKED;
+    let parts = match tile {
+        Some(side) => vec![zstandard_part([side, side], (0, true), value)],
+        None => {
+            let strip = |top, rows| zstandard_part([width, rows], (top, false), &value);
+            vec![strip(0, 3), strip(3, 1)]
+        }
     };
     let mut bytes = b"II\x2a\0\0\0\0\0".to_vec();
-    let mut places = Vec::new();
-    for [left, top] in starts {
-        let rows = if tile.is_some() {
-            size[1]
-        } else {
-            size[1].min(height - top)
-        };
-        let mut part = Vec::new();
-        for y in top..top + rows {
-            let mut before = 0;
-            for x in left..left + size[0] {
-                let own = if x < width && y < height {
-                    value(x, y)
-                } else {
-                    9
-                };
-                let stored = if tile.is_some() {
-                    own.wrapping_sub(before)
-                } else {
-                    own
-                };
-                part.extend(stored.to_le_bytes());
-                before = own;
-            }
-        }
-        let level = ruzstd::encoding::CompressionLevel::Fastest;
-        let packed = ruzstd::encoding::compress_to_vec(part.as_slice(), level);
-        places.push([bytes.len() as u32, packed.len() as u32]);
-        bytes.extend(packed);
+    let (mut places, mut lengths) = (Vec::new(), Vec::new());
+    for part in parts {
+        places.push(bytes.len() as u32);
+        lengths.push(part.len() as u32);
+        bytes.extend(part);
     }
     bytes.resize(bytes.len().next_multiple_of(2), 0);
-    let lists = bytes.len() as u32;
-    for column in 0..2 {
-        for place in &places {
-            bytes.extend(place[column].to_le_bytes());
-        }
-    }
     let count = places.len() as u32;
-    let listed = |column: u32| match count {
-        1 => places[0][column as usize],
-        _ => lists + 4 * count * column,
+    // One number stands in its entry, several stand elsewhere.
+    let mut listed = |numbers: &[u32]| match numbers {
+        [only] => *only,
+        _ => {
+            let place = bytes.len() as u32;
+            bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+            place
+        }
     };
+    let [places, lengths] = [places, lengths].map(|numbers| listed(&numbers));
     let mut entries = vec![
         (256, 1, width as u32),
         (257, 1, height as u32),
         (258, 1, 16),
         (259, 1, 50000),
         (262, 1, 1),
-        (277, 1, 1),
     ];
-    entries.extend(match tile {
-        Some(side) => [
+    match tile.map(|side| side as u32) {
+        Some(side) => entries.extend([
+            (277, 1, 1),
             (317, 1, 2),
-            (322, 1, side as u32),
-            (323, 1, side as u32),
-            (324, count, listed(0)),
-            (325, count, listed(1)),
-        ]
-        .to_vec(),
-        None => [
-            (273, count, listed(0)),
-            (278, 1, size[1] as u32),
-            (279, count, listed(1)),
-        ]
-        .to_vec(),
-    });
-    entries.sort_unstable();
+            (322, 1, side),
+            (323, 1, side),
+            (324, count, places),
+            (325, count, lengths),
+        ]),
+        None => entries.extend([
+            (273, count, places),
+            (277, 1, 1),
+            (278, 1, 3),
+            (279, count, lengths),
+        ]),
+    }
     let place = bytes.len() as u32;
     bytes[4..8].copy_from_slice(&place.to_le_bytes());
-    bytes.extend((entries.len() as u16).to_le_bytes());
-    for (tag, count, number) in entries {
-        bytes.extend((tag as u16).to_le_bytes());
-        bytes.extend([4, 0]);
-        bytes.extend(count.to_le_bytes());
-        bytes.extend(number.to_le_bytes());
-    }
-    bytes.extend([0; 4]);
+    bytes.extend(directory(&entries));
     bytes
 }
 

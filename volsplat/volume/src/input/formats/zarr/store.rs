@@ -1,6 +1,6 @@
 //! The files of a Zarr store: in a folder, or the members of a ZIP archive (`.zarr.zip`, `.ozx`).
 //!
-//! Takes the path of either; files of an archive are named as if it were a folder. What an archive holds may lie in one folder of its own.
+//! Takes the path of either; files of an archive are named as if it were a folder. All members may lie in one folder within the archive.
 //! Source: the ZipStore of zarr-python, and RFC-9 of OME-NGFF for `.ozx`. Limits: archives up to 4 GiB, members stored or deflated.
 
 use std::collections::HashMap;
