@@ -326,6 +326,7 @@ fn film_plan(request: &Request) -> Result<Option<FilmPlan>> {
         spatial: request.sequence.spatial,
     };
     film.check_tools()?;
+    report::say_notes(&film.note());
     Ok(Some(film))
 }
 

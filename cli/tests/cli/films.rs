@@ -209,6 +209,39 @@ fn a_stereo_film_keeps_rate_length_and_sound() {
 }
 
 #[test]
+fn subtitles_go_along() {
+    if !has_ffmpeg() {
+        return;
+    }
+    let bench = films();
+    let line = b"1\n00:00:00,100 --> 00:00:00,300\nGood morning\n";
+    bench.write("words.srt", line);
+    let mut join = Command::new("ffmpeg");
+    join.current_dir(bench.folder.path());
+    join.args(["-v", "error", "-i", "film.mkv", "-i", "words.srt"]);
+    join.args(["-map", "0", "-map", "1", "-map", "1", "-c", "copy"]);
+    assert!(join.arg("spoken.mkv").status().expect("ffmpeg").success());
+    for (film, codec) in [("s.mp4", "mov_text"), ("s.mkv", "subrip")] {
+        let words = format!("warp3d spoken.mkv depth.mkv --stereo 0.1 -o out/{film}");
+        assert_good(&bench.run(&words));
+        for stream in ["s:0", "s:1"] {
+            let found = probed(&bench, &format!("out/{film}"), stream, "stream=codec_name");
+            assert_eq!(found, codec, "{film}");
+        }
+        let mut read = Command::new("ffmpeg");
+        read.current_dir(bench.folder.path().join("out"));
+        read.args(["-v", "error", "-i", film, "-map", "0:s:0", "-f", "srt", "-"]);
+        let output = read.output().expect("ffmpeg");
+        let text = String::from_utf8_lossy(&output.stdout);
+        let time = "00:00:00,100 --> 00:00:00,300";
+        assert!(
+            text.contains(time) && text.contains("Good morning"),
+            "{film}: {text}"
+        );
+    }
+}
+
+#[test]
 fn a_film_goes_through_pipes() {
     if !has_ffmpeg() {
         return;
@@ -444,6 +477,19 @@ fn players_are_told_of_pairs_and_panoramas() {
     // ffprobe rounds the quarter that is left out at each side.
     let ahead = "type=side by side projection=tiled equirectangular bound_left=64 bound_right=63";
     assert_eq!(told, (ahead.to_owned(), "128,64".to_owned()));
+    for film in ["ahead.mkv", "ahead.webm"] {
+        let (told, _) = draw("--from fov:40 --layout vr180 --size 64x64", film);
+        assert!(
+            told.contains("side by side") || told.contains("stereo_mode=left_right"),
+            "{film}: {told}"
+        );
+        assert!(
+            told.contains("projection=tiled equirectangular bound_left=64"),
+            "{film}: {told}"
+        );
+        let sound = probed(&bench, film, "a:0", "stream=codec_name");
+        assert!(!sound.is_empty(), "{film}: its sound");
+    }
     let around = "--from equirectangular --layout";
     let (told, size) = draw(&format!("{around} vr180"), "ahead_of_all.mp4");
     assert!(told.contains("tiled equirectangular"), "{told}");

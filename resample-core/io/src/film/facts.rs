@@ -1,4 +1,4 @@
-//! Size, rate, colours and sound of a film.
+//! Size, rate, colours, sound and subtitles of a film.
 
 use std::fmt;
 use std::io::Read;
@@ -49,6 +49,8 @@ pub struct Facts {
     pub colours: ColourTags,
     /// Codec of its first sound, in ffmpeg's word.
     pub sound: Option<String>,
+    /// Codec of each of its subtitles, in ffmpeg's words.
+    pub subtitles: Vec<String>,
     /// Its length, s, where the file says it.
     pub seconds: Option<f64>,
     /// True if it says that its pictures are panoramas, longitude along x and latitude along y.
@@ -105,12 +107,13 @@ impl Facts {
         let entries = "stream=width,height,pix_fmt,r_frame_rate,avg_frame_rate,color_range,color_space,\
                        color_transfer,color_primaries,start_time:stream_side_data=rotation,projection:format=start_time,duration";
         let video = asked(path, "v:0", entries)?;
-        let sound = asked(path, "a:0", "stream=codec_name")?;
-        Self::of_answers(&video, &sound).map_err(|what| fault(path, what))
+        let beside = ["a:0", "s"].map(|streams| asked(path, streams, "stream=codec_name"));
+        let [sound, subtitles] = beside;
+        Self::of_answers(&video, &sound?, &subtitles?).map_err(|what| fault(path, what))
     }
 
     /// Reads the answers, a `key=value` a line.
-    pub(super) fn of_answers(video: &str, sound: &str) -> Result<Self, String> {
+    pub(super) fn of_answers(video: &str, sound: &str, subtitles: &str) -> Result<Self, String> {
         let value = |answer: &str, key: &str| {
             answer.lines().find_map(|line| {
                 let (name, value) = line.split_once('=')?;
@@ -160,6 +163,11 @@ impl Facts {
                 range: tag("color_range"),
             },
             sound: value(sound, "codec_name"),
+            subtitles: subtitles
+                .lines()
+                .filter_map(|line| line.strip_prefix("codec_name="))
+                .map(str::to_owned)
+                .collect(),
             seconds: of_video("duration")
                 .and_then(|seconds| seconds.parse().ok())
                 .filter(|&seconds: &f64| seconds > 0.0),

@@ -1,7 +1,7 @@
 //! Marks by which players know a stereo film and a panorama.
 //!
-//! In MP4 they are the boxes `st3d` and `sv3d` of Google's "Spherical Video V2", which video sites, headsets and ffmpeg read; in Matroska a pair is an element of the
-//! track. H.264 repeats the pair in its own stream (frame packing, ITU-T H.264 annex D), which televisions read. Limits: in Matroska a panorama is not marked.
+//! In MP4 they are the boxes `st3d` and `sv3d` of Google's "Spherical Video V2", which video sites, headsets and ffmpeg read; in Matroska they are elements of
+//! the track, which ffmpeg copies from those boxes. H.264 repeats the pair in its own stream (frame packing, ITU-T H.264 annex D), which televisions read.
 
 use std::fs::File;
 use std::io;

@@ -21,13 +21,23 @@ pub enum Container {
     Matroska,
 }
 
-/// The film that another one is made from: its sound goes along, and its colours mean the same.
+/// The film that another one is made from: its sound and its subtitles go along, and its colours mean the same.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Original {
     /// Its file.
     pub path: PathBuf,
     /// Its facts.
     pub facts: Facts,
+}
+
+impl Original {
+    /// The codecs of the subtitles that a container cannot hold, in ffmpeg's words.
+    pub fn lost_subtitles(&self, container: Container) -> Vec<&str> {
+        let codecs = self.facts.subtitles.iter().map(String::as_str);
+        codecs
+            .filter(|codec| subtitle_coder(container, codec).is_none())
+            .collect()
+    }
 }
 
 /// The pictures of a film and their coding.
@@ -65,6 +75,11 @@ impl Coding {
             colours: facts.map_or_else(ColourTags::default, |facts| facts.colours.clone()),
             spatial,
         }
+    }
+
+    /// Returns true if the marks must come from an MP4 file: ffmpeg marks a panorama in Matroska only where the pictures that it copies carry the mark.
+    pub fn takes_marks_from_mp4(&self) -> bool {
+        self.container != Container::Mp4 && self.spatial.panorama.is_some()
     }
 }
 
@@ -176,16 +191,38 @@ pub fn join(
         writeln!(list, "file '{quoted}'\nduration {seconds:.6}")?;
     }
     list.flush()?;
-    let mut join = command("ffmpeg");
-    join.args(["-y", "-f", "concat", "-safe", "0"]);
-    join.args(begins(original)).arg("-i").arg(list.path());
-    join.args(goes_along(coding.container, original)?);
-    join.args(["-c:v", "copy"]);
-    join.args(tag(coding.container, coding.bits));
-    join.args(stereo_mode(coding));
-    join.args(["-f", muxer(coding.container)]);
-    join.arg(std::path::absolute(path)?);
-    let mut running = Running::start("ffmpeg", join)?;
+    let words = ["-f", "concat", "-safe", "0", "-i"].map(OsString::from);
+    let pieces = words.into_iter().chain([list.path().into()]);
+    if !coding.takes_marks_from_mp4() {
+        return copy(pieces, path, coding, original);
+    }
+    let marked = tempfile::Builder::new().suffix(".mp4").tempfile()?;
+    let pictures = Coding {
+        container: Container::Mp4,
+        ..coding.clone()
+    };
+    copy(pieces, marked.path(), &pictures, None)?;
+    coding.spatial.mark(marked.path())?;
+    let marked = ["-i".into(), marked.path().into()];
+    copy(marked, path, coding, original)
+}
+
+/// Copies the pictures of `input`, ffmpeg's words for it, to `path`, with the sound of the original.
+fn copy(
+    input: impl IntoIterator<Item = OsString>,
+    path: &Path,
+    coding: &Coding,
+    original: Option<&Original>,
+) -> io::Result<()> {
+    let mut copy = command("ffmpeg");
+    copy.arg("-y").args(begins(original)).args(input);
+    copy.args(goes_along(coding.container, original)?);
+    copy.args(["-c:v", "copy"]);
+    copy.args(tag(coding.container, coding.bits));
+    copy.args(stereo_mode(coding));
+    copy.args(["-f", muxer(coding.container)]);
+    copy.arg(std::path::absolute(path)?);
+    let mut running = Running::start("ffmpeg", copy)?;
     running.end().map_err(io::Error::other)
 }
 
@@ -197,7 +234,7 @@ fn begins(original: Option<&Original>) -> Vec<String> {
     })
 }
 
-/// All of the original beside its pictures: sound, chapters, metadata.
+/// All of the original beside its pictures: sound, subtitles, chapters, metadata.
 fn goes_along(container: Container, original: Option<&Original>) -> io::Result<Vec<OsString>> {
     let Some(original) = original else {
         return Ok(Vec::new());
@@ -208,8 +245,38 @@ fn goes_along(container: Container, original: Option<&Original>) -> io::Result<V
     let further = ["-map_chapters", "1", "-metadata:s:v:0", "rotate=0"];
     let sound = sound(container, original.facts.sound.as_deref());
     let words = words.into_iter().chain(further).chain(sound);
+    let words = words.map(str::to_owned);
+    let words = words.chain(subtitles(container, &original.facts.subtitles));
     let input = [OsString::from("-i"), path.into_os_string()];
     Ok(input.into_iter().chain(words.map(OsString::from)).collect())
+}
+
+/// Every subtitle that the container holds, and how it is written.
+fn subtitles(container: Container, codecs: &[String]) -> Vec<String> {
+    let mut words = Vec::new();
+    let mut written = 0;
+    for (number, codec) in codecs.iter().enumerate() {
+        let Some(coder) = subtitle_coder(container, codec) else {
+            continue;
+        };
+        words.extend(["-map".to_owned(), format!("1:s:{number}")]);
+        words.extend([format!("-c:s:{written}"), coder.to_owned()]);
+        written += 1;
+    }
+    words
+}
+
+/// The coder of a subtitle in a container: `copy` where it takes the packets; `None` where it holds no such subtitle. Only Matroska holds pictures.
+fn subtitle_coder(container: Container, codec: &str) -> Option<&'static str> {
+    let is_text = ["subrip", "srt", "ass", "ssa", "webvtt", "mov_text", "text"].contains(&codec);
+    let is_picture = ["hdmv_pgs_subtitle", "dvd_subtitle", "dvb_subtitle"].contains(&codec);
+    match (container, codec) {
+        (Container::Mp4, "mov_text") | (Container::WebM, "webvtt") => Some("copy"),
+        (Container::Mp4, _) => is_text.then_some("mov_text"),
+        (Container::WebM, _) => is_text.then_some("webvtt"),
+        (Container::Matroska, "mov_text" | "text") => Some("srt"),
+        (Container::Matroska, _) => (is_text || is_picture).then_some("copy"),
+    }
 }
 
 /// The sound's packets are copied where the container takes them, else encoded anew.

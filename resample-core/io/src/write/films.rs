@@ -139,6 +139,20 @@ impl FilmPlan {
         }
     }
 
+    /// The subtitles of the original that are left out, if any are.
+    pub fn note(&self) -> Option<String> {
+        let FilmKind::Video(container) = self.kind else {
+            return None;
+        };
+        let lost = self.original.as_ref()?.lost_subtitles(container).join(", ");
+        (!lost.is_empty()).then(|| {
+            format!(
+                "{}: its kind of file holds no subtitles of kind {lost}: they are left out; .mkv holds pictures as subtitles",
+                self.path.display()
+            )
+        })
+    }
+
     /// Checks that all pictures have one size that the animation can have.
     pub fn check_sizes(&self, cameras: &[Camera]) -> Result<(), Error> {
         let size = |camera: &Camera| (camera.width, camera.height);
@@ -230,8 +244,10 @@ impl Film {
                     let coding = Coding::new(container, size, plan.rate, original, plan.spatial);
                     let deep = coding.bits > 8;
                     let depth = if deep { Depth::Sixteen } else { Depth::Eight };
+                    let is_in_pieces =
+                        count as usize > PIECE_PICTURES || coding.takes_marks_from_mp4();
                     match left {
-                        Some(left) if count as usize > PIECE_PICTURES && !is_stdout(&plan.path) => {
+                        Some(left) if is_in_pieces && !is_stdout(&plan.path) => {
                             Sink::Pieces(Box::new(Pieces::begin(&plan.path, coding, left)?), depth)
                         }
                         _ => Sink::Video(Video::open(file.path(), &coding, original)?, depth),
