@@ -70,9 +70,12 @@ const AROUND: [[isize; 2]; 13] = [
 /// The directions that are opposite to one another.
 const OPPOSITE: [[usize; 2]; 4] = [[0, 1], [2, 3], [4, 7], [5, 6]];
 
-/// For each direction and pixel, the known pixel met first when going against the direction, [`NOWHERE`] without one.
+/// The known pixels around those that are not.
 struct Rims {
+    /// For each direction and pixel that is not known, the known one met first when going against the direction, [`NOWHERE`] without one.
     met: Vec<Vec<u32>>,
+    /// The number of a pixel among those that are not known, [`NOWHERE`] for a known one.
+    number: Vec<u32>,
     width: usize,
 }
 
@@ -146,61 +149,45 @@ fn is_rim(layer: &Layer, at: usize) -> bool {
 impl Rims {
     /// Of a picture of which these pixels are known.
     fn new(known: &[bool], width: usize) -> Self {
+        let pixels = (0..known.len()).into_par_iter();
+        let open: Vec<usize> = pixels.filter(|&pixel| !known[pixel]).collect();
+        let mut number = vec![NOWHERE; known.len()];
+        for (k, &pixel) in open.iter().enumerate() {
+            number[pixel] = index32(k);
+        }
         let height = known.len() / width;
         let sweep = |&[dx, dy]: &[isize; 2]| {
-            let mut met = vec![NOWHERE; known.len()];
-            for row in 0..height {
-                let y = if dy >= 0 { row } else { height - 1 - row };
-                let first = y * width;
-                let (above, rest) = met.split_at_mut(first);
-                let (here, below) = rest.split_at_mut(width);
-                let beside = match dy {
-                    0 => None,
-                    1 => above.rchunks(width).next(),
-                    _ => below.chunks(width).next(),
+            let mut met = vec![NOWHERE; open.len()];
+            let mut visit = |k: usize| {
+                let (x, y) = (open[k] % width, open[k] / width);
+                // The pixel before, against the direction; none beyond the picture.
+                let place = x.checked_add_signed(-dx).zip(y.checked_add_signed(-dy));
+                let Some((x, y)) = place.filter(|&(x, y)| x < width && y < height) else {
+                    return;
                 };
-                let known = &known[first..first + width];
-                let indices = index32(first)..index32(first + width);
-                if let Some(beside) = beside {
-                    // The pixel before, against the direction; none beyond the picture.
-                    let (from, to) = match dx {
-                        1 => (0..width - 1, 1..width),
-                        0 => (0..width, 0..width),
-                        _ => (1..width, 0..width - 1),
-                    };
-                    here[to].copy_from_slice(&beside[from]);
-                    for ((met, known), index) in here.iter_mut().zip(known).zip(indices) {
-                        *met = if *known { index } else { *met };
-                    }
-                } else if dy == 0 {
-                    let mut last = NOWHERE;
-                    let mut go_on = |((met, known), index): ((&mut u32, &bool), u32)| {
-                        last = if *known { index } else { last };
-                        *met = last;
-                    };
-                    let row = here.iter_mut().zip(known).zip(indices);
-                    if dx > 0 {
-                        row.for_each(&mut go_on);
-                    } else {
-                        row.rev().for_each(&mut go_on);
-                    }
-                } else {
-                    for ((met, known), index) in here.iter_mut().zip(known).zip(indices) {
-                        *met = if *known { index } else { NOWHERE };
-                    }
-                }
+                let before = y * width + x;
+                met[k] = match number[before] {
+                    NOWHERE => index32(before),
+                    open => met[open as usize],
+                };
+            };
+            // The pixel before is visited first.
+            match [dy, dx] > [0, 0] {
+                true => (0..open.len()).for_each(&mut visit),
+                false => (0..open.len()).rev().for_each(&mut visit),
             }
             met
         };
         Self {
             met: DIRECTIONS.par_iter().map(sweep).collect(),
+            number,
             width,
         }
     }
 
-    /// The rim pixel in a direction from `at`.
+    /// The rim pixel in a direction from `at`, which is not known.
     fn get(&self, direction: usize, at: usize) -> Option<usize> {
-        let pixel = self.met[direction][at];
+        let pixel = self.met[direction][self.number[at] as usize];
         (pixel != NOWHERE).then_some(pixel as usize)
     }
 

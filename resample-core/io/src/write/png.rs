@@ -11,7 +11,7 @@ use std::path::Path;
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, SrgbRenderingIntent};
 use rayon::prelude::*;
 use resample_core::Image;
-use resample_core::image::srgb_from_linear;
+use resample_core::image::{srgb_from_linear, srgb8_from_linear};
 use serde::{Deserialize, Serialize};
 
 /// Bits per channel.
@@ -86,55 +86,59 @@ pub fn encoder<W: Write>(file: W, size: [u32; 2], depth: Depth) -> Encoder<'stat
 /// The pixels of a picture as a PNG has them: red, green, blue and alpha, sixteen bits with the high byte first.
 pub fn bytes(image: &Image, depth: Depth) -> Vec<u8> {
     match depth {
-        Depth::Eight => image
-            .rgba
-            .par_iter()
-            .flat_map_iter(|&pixel| eight_bits(pixel))
-            .collect(),
-        Depth::Sixteen => image
-            .rgba
-            .par_iter()
-            .flat_map_iter(|&pixel| sixteen_bits(pixel))
-            .collect(),
+        Depth::Eight => laid_out(image, eight_bits),
+        Depth::Sixteen => laid_out(image, sixteen_bits),
     }
 }
 
 /// Red, green and blue of an opaque picture in sRGB; sixteen bits with the low byte first.
 pub fn opaque_bytes(image: &Image, depth: Depth) -> Vec<u8> {
-    let words = |pixel| {
-        let [r1, r0, g1, g0, b1, b0, ..] = sixteen_bits(pixel);
-        [r0, r1, g0, g1, b0, b1]
-    };
     match depth {
-        Depth::Eight => image
-            .rgba
-            .par_iter()
-            .flat_map_iter(|&pixel| eight_bits(pixel).into_iter().take(3))
-            .collect(),
-        Depth::Sixteen => image
-            .rgba
-            .par_iter()
-            .flat_map_iter(|&pixel| words(pixel))
-            .collect(),
+        Depth::Eight => laid_out(image, |pixel| {
+            let [r, g, b, _] = eight_bits(pixel);
+            [r, g, b]
+        }),
+        Depth::Sixteen => laid_out(image, |pixel| {
+            let [r1, r0, g1, g0, b1, b0, ..] = sixteen_bits(pixel);
+            [r0, r1, g0, g1, b0, b1]
+        }),
     }
 }
 
-fn eight_bits(pixel: [f32; 4]) -> [u8; 4] {
-    // A cast to an integer saturates, and the encoded value is in 0..=1 anyway.
-    straight_srgb(pixel).map(|encoded| (encoded * 255.0).round() as u8)
+/// The bytes of all pixels, `N` of each.
+fn laid_out<const N: usize>(image: &Image, of: impl Fn([f32; 4]) -> [u8; N] + Sync) -> Vec<u8> {
+    let mut bytes = vec![0; N * image.rgba.len()];
+    let pixels = bytes.as_chunks_mut::<N>().0;
+    let rows = image.width.max(1);
+    let pairs = pixels.par_chunks_mut(rows).zip(image.rgba.par_chunks(rows));
+    pairs.for_each(|(bytes, pixels)| {
+        for (bytes, &pixel) in bytes.iter_mut().zip(pixels) {
+            *bytes = of(pixel);
+        }
+    });
+    bytes
 }
 
-fn sixteen_bits(pixel: [f32; 4]) -> [u8; 8] {
-    let [r, g, b, a] =
-        straight_srgb(pixel).map(|encoded| ((encoded * 65535.0).round() as u16).to_be_bytes());
+fn eight_bits([r, g, b, alpha]: [f32; 4]) -> [u8; 4] {
+    let (scale, alpha) = straight(alpha);
+    let [r, g, b] = [r, g, b].map(|channel| srgb8_from_linear(channel * scale));
+    // A cast to an integer saturates.
+    [r, g, b, (alpha * 255.0).round() as u8]
+}
+
+fn sixteen_bits([r, g, b, alpha]: [f32; 4]) -> [u8; 8] {
+    let (scale, alpha) = straight(alpha);
+    let encode = |channel: f32| srgb_from_linear(channel * scale);
+    let words = [encode(r), encode(g), encode(b), alpha];
+    let [r, g, b, a] = words.map(|encoded| ((encoded * 65535.0).round() as u16).to_be_bytes());
     [r[0], r[1], g[0], g[1], b[0], b[1], a[0], a[1]]
 }
 
-/// Straight alpha and the sRGB curve; all four in 0..=1.
-fn straight_srgb([r, g, b, alpha]: [f32; 4]) -> [f32; 4] {
+/// The factor from premultiplied to straight colour, and alpha in 0..=1.
+fn straight(alpha: f32) -> (f32, f32) {
     // Where alpha is 0 (or NaN) there is no colour to recover.
-    let scale = if alpha > 0.0 { 1.0 / alpha } else { 0.0 };
-    let encode = |channel: f32| srgb_from_linear(channel * scale);
-    let alpha = if alpha > 0.0 { alpha.min(1.0) } else { 0.0 };
-    [encode(r), encode(g), encode(b), alpha]
+    match alpha > 0.0 {
+        true => (1.0 / alpha, alpha.min(1.0)),
+        false => (0.0, 0.0),
+    }
 }

@@ -189,18 +189,29 @@ fn update_from_row<S: Simd>(
 
 /// Updates each sample of a row from the sample before it. Returns true if any border became nearer.
 fn update_along(levels: &[i32], distance_px: &mut [f32], beside: &mut [u32], sweep: Sweep) -> bool {
-    let mut any = false;
-    let mut take = |from: usize, to: usize| {
-        let there = distance_px[from] + 1.0;
-        if levels[from] == levels[to] && there < distance_px[to] {
-            distance_px[to] = there;
-            beside[to] = beside[from];
-            any = true;
-        }
-    };
+    let samples = levels.iter().zip(distance_px).zip(beside);
     match sweep {
-        Sweep::Down => (1..levels.len()).for_each(|x| take(x - 1, x)),
-        Sweep::Up => (1..levels.len()).rev().for_each(|x| take(x, x - 1)),
+        Sweep::Down => update_in_order(samples),
+        Sweep::Up => update_in_order(samples.rev()),
+    }
+}
+
+/// Updates each sample from the one before it. What is carried from sample to sample stays in registers, and nothing branches.
+#[inline(always)]
+fn update_in_order<'a>(
+    samples: impl Iterator<Item = ((&'a i32, &'a mut f32), &'a mut u32)>,
+) -> bool {
+    let mut any = false;
+    let (mut level_before, mut nearest, mut from) = (0, f32::INFINITY, 0);
+    for ((&level, distance_px), beside) in samples {
+        // The first sample has nothing before it, and nothing is nearer than an infinite distance.
+        let there = nearest + 1.0;
+        let is_nearer = (level == level_before) & (there < *distance_px);
+        nearest = if is_nearer { there } else { *distance_px };
+        from = if is_nearer { from } else { *beside };
+        (*distance_px, *beside) = (nearest, from);
+        level_before = level;
+        any |= is_nearer;
     }
     any
 }

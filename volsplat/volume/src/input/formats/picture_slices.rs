@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use rayon::prelude::*;
-use resample_core::image::srgb_from_linear;
+use resample_core::image::srgb8_from_linear;
 use resample_io::{Gate, Part, Picture, Plane, Stored, colour, depth};
 
 use crate::Error;
@@ -175,20 +175,15 @@ fn brightness(picture: &Picture) -> Voxels {
             .zip(BRIGHTNESS)
             .map(|(&v, share)| v * share)
             .sum();
-        code(light)
+        srgb8_from_linear(light)
     };
     Voxels::U8(picture.rgb.iter().map(of).collect())
 }
 
 /// Red, green or blue as a screen takes it, of 255.
 fn of_component(picture: &Picture, number: usize) -> Voxels {
-    let of = |rgb: &[f32; 3]| code(rgb[number]);
+    let of = |rgb: &[f32; 3]| srgb8_from_linear(rgb[number]);
     Voxels::U8(picture.rgb.iter().map(of).collect())
-}
-
-/// Linear light as a screen takes it, of 255.
-fn code(light: f32) -> u8 {
-    (255.0 * srgb_from_linear(light.clamp(0.0, 1.0))).round() as u8
 }
 
 /// Brings slices of 16 bits to 8 where others have colours, which have 8.
