@@ -108,6 +108,18 @@ fn labels(open: &OpenVolume) -> Vec<Value> {
     known.collect()
 }
 
+/// The isosurfaces that were typed: value, display colour, opacity.
+pub(crate) fn surfaces(drawing: &Drawing) -> Vec<Value> {
+    let Drawing::Volsplat(args) = drawing else {
+        return Vec::new();
+    };
+    let known = args.scene.isosurfaces.iter().map(|word| {
+        let colour = word.colour.map(|rgb| rgb.map(srgb_from_linear));
+        json!({ "value": word.value, "colour": colour, "opacity": word.opacity })
+    });
+    known.collect()
+}
+
 /// Counts in equal bars from the least value to the greatest.
 fn bars(histogram: &Histogram, (low, high): (f64, f64)) -> Vec<u64> {
     let mut bars = vec![0; BARS];

@@ -99,6 +99,7 @@ impl OpenedScene {
     /// The facts that the page needs before it requests a picture.
     pub(crate) fn facts(&mut self) -> Result<Value> {
         let start = self.start()?;
+        let surfaces = facts::surfaces(&self.words.first_drawing()?);
         let volume = match self.opened.volume() {
             Some(open) => facts::volume(open),
             None => Value::Null,
@@ -110,6 +111,7 @@ impl OpenedScene {
             "start": start,
             "options": facts::options(&self.drawing)?,
             "volume": volume,
+            "surfaces": surfaces,
             "unit": self.unit(),
             "session": self.words.page_of_session(),
             "backdrop": crate::view::encode::BACKDROP,

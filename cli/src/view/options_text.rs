@@ -24,7 +24,7 @@ use crate::values::BackgroundWord;
 use crate::values::input_file::Held;
 
 /// Options that the page may set. None of them names a file.
-const FROM_PAGE: [&str; 37] = [
+const FROM_PAGE: [&str; 38] = [
     "axes",
     "background",
     "blend",
@@ -62,6 +62,7 @@ const FROM_PAGE: [&str; 37] = [
     "textures",
     "tone-map",
     "window",
+    "with-iso",
 ];
 
 /// Options of which only one can say how values become colour and opacity.

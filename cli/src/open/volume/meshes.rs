@@ -36,15 +36,12 @@ impl Meshes {
         let render = &content.look.options;
         let all = args.meshes.iter();
         let all = all.map(|word| StandingMesh::read(word, render, gate));
-        let isosurfaces = args.isosurfaces.iter();
-        let isosurfaces = isosurfaces.map(|word| {
-            let renderer = content.isosurface(word).context("--with-iso")?;
-            Ok((*word, renderer))
-        });
-        Ok(Self {
+        let mut meshes = Self {
             all: all.collect::<Result<_>>()?,
-            isosurfaces: isosurfaces.collect::<Result<_>>()?,
-        })
+            isosurfaces: Vec::new(),
+        };
+        meshes.follow(content, &args.isosurfaces)?;
+        Ok(meshes)
     }
 
     /// Returns true if nothing stands in the volume.
@@ -70,11 +67,21 @@ impl Meshes {
         Ok(())
     }
 
-    /// Lights the meshes as the volume is lit now, and takes the isosurfaces of its present look.
-    pub(crate) fn follow(&mut self, content: &Content) -> Result<()> {
+    /// Lights the meshes as the volume is lit now, and takes these isosurfaces of its present look.
+    pub(crate) fn follow(&mut self, content: &Content, isosurfaces: &[IsoWord]) -> Result<()> {
         let render = &content.look.options;
-        for (word, renderer) in &mut self.isosurfaces {
-            content.change_isosurface(word, renderer)?;
+        self.isosurfaces.truncate(isosurfaces.len());
+        for (place, &word) in isosurfaces.iter().enumerate() {
+            match self.isosurfaces.get_mut(place) {
+                Some((own, renderer)) => {
+                    *own = word;
+                    content.change_isosurface(&word, renderer)?;
+                }
+                None => {
+                    let renderer = content.isosurface(&word).context("--with-iso")?;
+                    self.isosurfaces.push((word, renderer));
+                }
+            }
         }
         for mesh in &mut self.all {
             let options = lit(&mesh.word, render);

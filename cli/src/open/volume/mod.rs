@@ -119,7 +119,8 @@ impl OpenVolume {
         self.content.decide(&args, self.plan.finish.format)?;
         self.content.change(&mut self.renderer, self.keeping)?;
         self.args = args;
-        self.meshes.follow(&self.content)
+        (self.meshes).follow(&self.content, &self.args.scene.isosurfaces)?;
+        (self.meshes).check(&self.renderer, &self.content.look.options)
     }
 
     /// The light and blending that go with the look, where none were typed.
@@ -217,7 +218,7 @@ impl OpenVolume {
         if reuse == Reuse::NeedsRenderer {
             self.renderer = self.content.renderer(self.keeping, Progress::Hidden)?;
         }
-        self.meshes.follow(&self.content)
+        (self.meshes).follow(&self.content, &self.args.scene.isosurfaces)
     }
 
     fn stats_before_drawing(&self, request: &Request) -> RunStats {

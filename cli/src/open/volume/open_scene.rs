@@ -104,7 +104,7 @@ impl OpenScene for OpenVolume {
             motion.set(number, &mut self.renderer, &mut self.content)?;
         }
         match self.steps.is_some() || self.motion.is_some() {
-            true => self.meshes.follow(&self.content),
+            true => (self.meshes).follow(&self.content, &self.args.scene.isosurfaces),
             false => Ok(()),
         }
     }
@@ -213,7 +213,7 @@ impl OpenScene for OpenVolume {
                     }
                     motion.set(shot.number, &mut renderer, content)?;
                 }
-                meshes.follow(content)?;
+                meshes.follow(content, &open.args.scene.isosurfaces)?;
             }
             picture::in_window(shot.camera, &shot.window, &mut |camera| {
                 let both = (&mut renderer, &mut meshes);

@@ -188,6 +188,46 @@ fn figures_are_switched_on_and_copied() {
 }
 
 #[test]
+fn surfaces_stand_in_the_volume_and_are_taken_out() {
+    let bench = Bench::new();
+    let typed = format!("ball.raw {BALL} --with-iso 200:red --with-iso 100:blue,0.5");
+    for words in [
+        json!(["150:#00ff00,0.5"]),
+        json!(["100:blue,1", "50:,0.25", "200"]),
+        json!([]),
+    ] {
+        super::assert_same(&bench, &typed, json!({ "changes": { "with-iso": words } }));
+    }
+    let Some((_viewer, mut browser)) = open(&bench, "--with-iso 200:red,0.5") else {
+        return;
+    };
+    let first = browser.picture();
+    browser.value("document.getElementById('add-surface').click()");
+    browser.wait_rest();
+    let both = browser.picture();
+    let command = browser.copied();
+    assert!(
+        command.contains("--with-iso=200:#ff0000,0.5"),
+        "the first is still there: {command}"
+    );
+    assert_eq!(command.matches("--with-iso").count(), 2, "{command}");
+    assert!(both != first && both == run_copied(&bench, &command));
+    let slide = "(() => { const e = document.getElementById('field-surface-1'); e.value = 60; e.dispatchEvent(new Event('input')); })()";
+    browser.value(slide);
+    browser.wait_rest();
+    assert!(browser.copied().contains("--with-iso=60:#ff0000,0.5"));
+    for _ in 0..2 {
+        browser.value("document.querySelector('[aria-label=\"remove surface 1\"]').click()");
+        browser.wait_rest();
+    }
+    let command = browser.copied();
+    assert!(!command.contains("--with-iso"), "{command}");
+    browser.value("undo(); undo(); undo();");
+    browser.wait_rest();
+    assert!(browser.picture() == first, "adding and removing is undone");
+}
+
+#[test]
 fn steps_over_time_are_chosen_and_copied() {
     let bench = Bench::new();
     for number in 0..3u8 {

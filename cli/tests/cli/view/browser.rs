@@ -181,6 +181,8 @@ impl Browser {
 
     /// The command line that the page copies, which draws its picture.
     pub(super) fn copied(&mut self) -> String {
+        // That of an earlier copy would be read.
+        self.value("document.getElementById('dialog').replaceChildren()");
         self.press("copy command");
         self.wait("Boolean(document.querySelector('#dialog pre'))");
         let command = self.value("document.querySelector('#dialog pre').textContent");

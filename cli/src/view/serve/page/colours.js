@@ -1,4 +1,4 @@
-// Colours of channels and labels.
+// Colours of channels, labels and surfaces.
 
 const hex = (rgb) => "#" + rgb.map((c) => Math.round(255 * Math.min(1, Math.max(0, c))).toString(16).padStart(2, "0")).join("");
 
@@ -90,4 +90,42 @@ function labelRows() {
   return [...rows, ...note, make("div", { className: "buttons" },
     button("as started", () => { remember(); state.labels = null; changed({ panel: true }); }),
     button("save labels", () => ask("labels", "labels.json")))];
+}
+
+// Isosurfaces that stand in the volume, as the command line drew them.
+const surfacesAsTold = () => state.scene.surfaces.map((surface) => ({ ...surface, colour: surface.colour && hex(surface.colour) }));
+const allSurfaces = () => state.surfaces ?? surfacesAsTold();
+
+// The words of --with-iso.
+const surfaceWords = ({ value, colour, opacity }) => `${value}:${colour ?? ""},${opacity}`;
+
+// Colours of new surfaces, one after another: ivory, vermilion, sky, green (the first is that of bone, the others are of Okabe and Ito).
+const SURFACE_COLOURS = ["#f2e6cc", "#d55e00", "#56b4e9", "#009e73"];
+
+// The value, the colour and the opacity of each surface.
+function surfaceRows() {
+  const [least, most] = state.scene.volume.range;
+  const change = (place, fields) => { state.surfaces = allSurfaces().map((surface, i) => (i === place ? { ...surface, ...fields } : surface)); };
+  const rows = allSurfaces().flatMap(({ value, colour, opacity }, place) => {
+    const name = `surface ${place + 1}`;
+    const picked = make("input", { type: "color", value: colour ?? "#ffffff", ariaLabel: `colour of ${name}` });
+    picked.addEventListener("focus", remember);
+    picked.addEventListener("input", () => { change(place, { colour: picked.value }); soon(); });
+    const remove = () => { remember(); state.surfaces = allSurfaces().toSpliced(place, 1); changed({ panel: true }); };
+    return [
+      slider(name, { min: least, max: most, value, text: short, act: (x) => change(place, { value: Number(x.toPrecision(5)) }) }),
+      slider(`opacity of ${name}`, { min: 0.05, max: 1, step: 0.05, value: opacity, text: short, act: (x) => change(place, { opacity: Number(short(x)) }) }),
+      row(`colour of ${name}`, picked, button("\u00d7", remove, { title: "Remove", ariaLabel: `remove ${name}` })),
+    ];
+  });
+  const add = () => {
+    remember();
+    const all = allSurfaces();
+    const [low, high] = windowOfCurve();
+    const value = Number(((low + high) / 2).toPrecision(5));
+    state.surfaces = [...all, { value, colour: SURFACE_COLOURS[all.length % SURFACE_COLOURS.length], opacity: 1 }];
+    changed({ panel: true });
+  };
+  const adding = button("add a surface", add, { id: "add-surface", title: "Of one value, inside the volume" });
+  return [make("details", { open: rows.length > 0 }, make("summary", {}, "Surfaces"), ...rows, make("div", { className: "buttons" }, adding))];
 }

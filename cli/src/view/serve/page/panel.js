@@ -124,7 +124,7 @@ function volumePanel() {
       slider("opacity", { min: -2, max: 2, value: Math.log10(option("opacity-scale") ?? state.scene.options["opacity-scale"] ?? 1),
         text: (x) => short(10 ** x), act: (x) => setOption("opacity-scale", short(10 ** x)) }),
       make("div", { className: "buttons" },
-        button("as started", () => { remember(); state.curve = null; state.changes = {}; changed({ panel: true }); }),
+        button("as started", () => { remember(); state.curve = null; state.surfaces = null; state.changes = {}; changed({ panel: true }); }),
         button("open...", openFile, { title: "A file of ParaView or Slicer, or a session; files can be dropped on the page, too" })),
       ...lookRows(),
     );
@@ -145,6 +145,7 @@ function volumePanel() {
     if (option("iso") === null) setOption("iso", now);
     parts.push(slider("surface at", { min: least, max: most, value: now, text: short, act: (x) => setOption("iso", short(x)) }));
   }
+  if (volume.function && volume.has_slices) parts.push(...surfaceRows());
   parts.push(make("details", { open: Boolean(option("clip-plane")) }, make("summary", {}, "Cut"), ...cutSlider()));
   const crop = make("details", { open: Boolean(option("crop")) || showsCrop }, make("summary", {}, "Crop box"),
     make("p", { className: "note" }, "Drag the handles on the picture."), ...cropSliders());

@@ -8,6 +8,7 @@ const state = {
   curve: null,        // { opacities: [[value, opacity]], colours: [[value, r, g, b]] } once it was edited, else null
   labels: null,       // { label: { colour: "#rrggbb", opacity } } of all labels once one was edited, else null
   channels: null,     // [{ number, look, window, gamma, opacity, isOn }] of all channels once one was edited, else null
+  surfaces: null,     // [{ value, colour: "#rrggbb" or null, opacity }] of all isosurfaces in the volume once one was edited, else null
   exactness: "default",
   keys: [],           // key frames: cameras
   light: null,        // the direction of the light: degrees around and above the camera of the start
@@ -26,9 +27,12 @@ function transferFile() {
   return { ColorSpace: "RGB", Name: state.scene.title, Points: points, RGBPoints: state.curve.colours.flat() };
 }
 
-// The options that the page changed; edited channels are an option, too.
+// The options that the page changed; edited channels and surfaces are options, too.
 function changes() {
-  return state.channels ? { ...state.changes, channel: state.channels.map(channelWords) } : state.changes;
+  const all = { ...state.changes };
+  if (state.channels) all.channel = state.channels.map(channelWords);
+  if (state.surfaces) all["with-iso"] = state.surfaces.map(surfaceWords);
+  return all;
 }
 
 // The part of a request that says what is drawn.
