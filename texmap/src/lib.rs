@@ -60,5 +60,6 @@ pub use prepare::textures::Textures;
 pub use render::{Frame, Renderer};
 pub use resample_core::clock::StageTime;
 pub use resample_core::{Error, Reuse};
+pub use resample_mesh::procedural;
 pub use resample_mesh::scene::{self, Scene};
 pub use stats::{FrameStats, StageTimes};

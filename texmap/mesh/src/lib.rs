@@ -18,6 +18,7 @@
 //! # }
 //! ```
 
+pub mod procedural;
 pub mod scene;
 
 #[cfg(feature = "input")]

@@ -10,6 +10,7 @@ mod codes;
 pub mod film;
 pub mod meaning;
 mod panoramas;
+pub mod procedural;
 mod range;
 mod regrid;
 

@@ -21,6 +21,7 @@ use crate::open::setting::{Choices, DepthChoice, MeshChoice, VolumeChoice};
 use crate::process::machine;
 use crate::process::report::Verbosity;
 use crate::values::Orbit;
+use warp3d::input::procedural::{NEW_EYE, PHOTOGRAPH_SAMPLES, ball_before_wall};
 
 /// Degrees by which the view turns in the table of orders, and its steps: across 45 degrees, where slices change over.
 const TURN_DEG: [f64; 2] = [40.0, 50.0];
@@ -233,7 +234,7 @@ pub(super) fn warp(args: &BenchSceneArgs, verbosity: Verbosity) -> Result<String
         drawing: Drawing::Warp3d(Box::new(depth)),
         _folder: folder,
     };
-    let truth = built_in::ball_before_wall(built_in::NEW_EYE, 2 * built_in::DEPTH_IMAGE_SAMPLES);
+    let truth = ball_before_wall(NEW_EYE, 2 * PHOTOGRAPH_SAMPLES);
     let rows = scene.table(
         &settings,
         args.reps,

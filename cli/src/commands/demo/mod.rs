@@ -18,7 +18,6 @@ use serde_json::Value;
 use crate::args::words::typed;
 use crate::args::{Cli, Command, DemoArgs, Drawing, SceneArg};
 use crate::commands::built_in;
-use crate::commands::built_in::{DEPTH_IMAGE_FOV_Y_DEG, NEW_EYE};
 use crate::open::Opened;
 use crate::output::{Depth, Format};
 use crate::plan::Purpose;
@@ -27,6 +26,8 @@ use crate::process::report::Verbosity;
 use crate::values::Size;
 use crate::{output, planner};
 use texmap::background::Background;
+use warp3d::input::procedural;
+use warp3d::input::procedural::{FOV_Y_DEG, NEW_EYE, PHOTOGRAPH_SAMPLES, ball_before_wall};
 
 /// Writes files, pictures and the page, and says where it is.
 pub(crate) fn run(args: &DemoArgs, verbosity: Verbosity) -> Result<()> {
@@ -257,7 +258,7 @@ fn depth_image(folder: &Path) -> Result<DemoScene> {
     let args = built_in::depth_image(folder)?;
     let shift = NEW_EYE.to_array().map(|x| x.to_string()).join(",");
     let words = format!(
-        "warp3d {} {} --from fov:{DEPTH_IMAGE_FOV_Y_DEG} --to shift:{shift}",
+        "warp3d {} {} --from fov:{FOV_Y_DEG} --to shift:{shift}",
         args.colour, args.depth
     );
     Ok(DemoScene {
@@ -307,7 +308,7 @@ fn shown(scene: DemoScene, folder: &Path, size: Size) -> Result<DemoPicture> {
         Truth::MostExact | Truth::Nothing => size,
         // As wide for its height as the picture that it is made of.
         Truth::Traced => {
-            let [width, height] = built_in::DEPTH_IMAGE_PX.map(|side| side as u32);
+            let [width, height] = procedural::SIZE_PX.map(|side| side as u32);
             Size {
                 width: size.width,
                 height: (size.width * height / width).max(1),
@@ -326,10 +327,7 @@ fn shown(scene: DemoScene, folder: &Path, size: Size) -> Result<DemoPicture> {
             opened.set(&planner::ends(&drawing(&words[0], size)?.setting())?.exact)?;
             Some(opened.draw(&measured)?.image)
         }
-        Truth::Traced => {
-            let samples = built_in::DEPTH_IMAGE_SAMPLES;
-            Some(built_in::ball_before_wall(NEW_EYE, samples))
-        }
+        Truth::Traced => Some(ball_before_wall(NEW_EYE, PHOTOGRAPH_SAMPLES)),
         Truth::Nothing => None,
     };
     let mut quick = self::opened(&words[1], size)?;
@@ -387,7 +385,7 @@ fn measured_camera(camera: &Camera, truth: Truth) -> Result<Camera> {
     let [width, height] = match truth {
         Truth::MostExact | Truth::Nothing => [MEASURED_PX; 2],
         // As large as the picture that was traced.
-        Truth::Traced => built_in::DEPTH_IMAGE_PX.map(|side| side as u32),
+        Truth::Traced => procedural::SIZE_PX.map(|side| side as u32),
     };
     Ok(camera.resized(width, height)?)
 }
