@@ -1,13 +1,13 @@
 //! Meshes of arrays: vertices, faces and what lies on them.
 
-use glam::{DMat2, DVec2, DVec3};
+use glam::DVec3;
 use numpy::{Element, PyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use resample_core::image::linear_from_srgb;
 use texmap::Scene;
 use texmap::input::set_origin;
-use texmap::scene::{Magnify, Material, Mesh, Sides, Texels, Texture, TextureUse, Wrap};
+use texmap::scene::{Material, Mesh, Sides, Texels, Texture, TextureUse};
 
 /// The arrays of a mesh, as the Python part has checked them: C order, one row a vertex or a face.
 #[derive(FromPyObject)]
@@ -46,7 +46,7 @@ pub(crate) fn scene(arrays: &Arrays<'_>) -> PyResult<Scene> {
     let mut scene = Scene {
         meshes: vec![mesh],
         materials: vec![Material {
-            base_texture: texture.is_some().then_some(WHOLE_PICTURE),
+            base_texture: texture.is_some().then_some(TextureUse::whole(0)),
             // Scans are not closed, and programs disagree on which side of a face is its front.
             sides: Sides::Both,
             ..Material::default()
@@ -57,16 +57,6 @@ pub(crate) fn scene(arrays: &Arrays<'_>) -> PyResult<Scene> {
     set_origin(&mut scene, &[positions]);
     Ok(scene)
 }
-
-/// A texture as files use it that say no more.
-const WHOLE_PICTURE: TextureUse = TextureUse {
-    texture: 0,
-    uv_set: 0,
-    uv_linear: DMat2::IDENTITY,
-    uv_offset: DVec2::ZERO,
-    wrap: [Wrap::Repeat; 2],
-    magnify: Magnify::Linear,
-};
 
 fn unit(normal: [f64; 3]) -> [f32; 3] {
     let unit = DVec3::from_array(normal).normalize_or_zero();

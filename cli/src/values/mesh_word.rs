@@ -1,9 +1,10 @@
-//! Meshes and isosurfaces that stand in a volume, as they are typed or held in memory.
+//! Meshes, isosurfaces and slices that stand in a volume, as they are typed or held in memory.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use texmap::Loaded;
+use volsplat::ClipPlane;
 
 use crate::values;
 
@@ -73,6 +74,45 @@ impl IsoWord {
             colour,
             opacity,
         })
+    }
+}
+
+/// A slice that stands in its volume.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SliceWord {
+    /// Where it lies.
+    pub place: SlicePlace,
+    /// The values that are black and white; `None` for the usual ones.
+    pub window: Option<[f64; 2]>,
+}
+
+/// Where a slice lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SlicePlace {
+    /// An axis of the grid, 0 to 2, and a voxel along it.
+    Voxels(usize, usize),
+    /// Any plane.
+    Plane(ClipPlane),
+}
+
+impl SliceWord {
+    /// `z=77`, `NX,NY,NZ,D`, and either with a window: `z=77:0,400`.
+    pub fn of_text(text: &str) -> Result<Self, String> {
+        let (place, window) = match text.split_once(':') {
+            Some((place, window)) => (place, Some(values::ascending(window)?)),
+            None => (text, None),
+        };
+        let voxels = place.split_once('=').and_then(|(axis, index)| {
+            let axis = ["x", "y", "z"].iter().position(|&name| name == axis)?;
+            Some(SlicePlace::Voxels(axis, index.parse().ok()?))
+        });
+        let expected =
+            "expected x, y or z with a voxel, such as z=77, or a plane, such as 1,0,0,40";
+        let place = match voxels {
+            Some(voxels) => voxels,
+            None => SlicePlace::Plane(values::plane(place).map_err(|_| expected)?),
+        };
+        Ok(Self { place, window })
     }
 }
 

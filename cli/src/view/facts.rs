@@ -53,6 +53,7 @@ pub(crate) fn volume(open: &OpenVolume) -> Value {
         "range": [low, high],
         "corners": crate::cameras::framing::volume::grid_bounds(volume).map(|corner| corner.to_array()),
         "bars": bars(&histogram, volume.value_range()),
+        "window": histogram.usual_window(),
         "function": function(open),
         "maps": maps,
         "presets": presets,

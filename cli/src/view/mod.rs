@@ -17,7 +17,6 @@ pub(crate) mod serve;
 mod ladder;
 pub(crate) mod render_thread;
 mod save;
-mod slices;
 
 use std::ffi::OsString;
 use std::sync::Arc;

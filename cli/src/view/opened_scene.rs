@@ -8,8 +8,8 @@ use resample_core::{Camera, Image, LookAt, Projection, Stop};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
+use super::facts;
 use super::message::{Exactness, View};
-use super::{facts, slices};
 use crate::args::Drawing;
 use crate::args::words::content::Application;
 use crate::cameras::viewpoint::DEFAULT_FOV_Y_DEG;
@@ -99,7 +99,7 @@ impl OpenedScene {
     /// The facts that the page needs before it requests a picture.
     pub(crate) fn facts(&mut self) -> Result<Value> {
         let start = self.start()?;
-        let surfaces = facts::surfaces(&self.words.first_drawing()?);
+        let typed = self.words.first_drawing()?;
         let volume = match self.opened.volume() {
             Some(open) => facts::volume(open),
             None => Value::Null,
@@ -111,7 +111,7 @@ impl OpenedScene {
             "start": start,
             "options": facts::options(&self.drawing)?,
             "volume": volume,
-            "surfaces": surfaces,
+            "surfaces": facts::surfaces(&typed),
             "unit": self.unit(),
             "session": self.words.page_of_session(),
             "backdrop": crate::view::encode::BACKDROP,
@@ -363,7 +363,7 @@ impl OpenedScene {
     /// A slice of the volume as it is now.
     pub(crate) fn slice(&self, axis: usize, index: usize, window: [f64; 2]) -> Result<Image> {
         let open = self.opened.volume().context("only volumes have slices")?;
-        slices::picture(open, axis, index, window)
+        open.slice(axis, index, window)
     }
 
     /// The name of a picture: numbered, where it is one of the steps of a volume over time.

@@ -24,7 +24,7 @@ use crate::values::BackgroundWord;
 use crate::values::input_file::Held;
 
 /// Options that the page may set. None of them names a file.
-const FROM_PAGE: [&str; 38] = [
+const FROM_PAGE: [&str; 39] = [
     "axes",
     "background",
     "blend",
@@ -63,6 +63,7 @@ const FROM_PAGE: [&str; 38] = [
     "tone-map",
     "window",
     "with-iso",
+    "with-slice",
 ];
 
 /// Options of which only one can say how values become colour and opacity.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat2, DVec2, DVec3};
 use resample_core::image::srgb_from_linear;
-use resample_core::narrow;
+use resample_core::{Image, narrow};
 
 /// Everything that a file shows.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +24,55 @@ pub struct Scene {
     pub cameras: Vec<SceneCamera>,
     /// The light around the scene; `None` is the built-in studio.
     pub surroundings: Option<Arc<Surroundings>>,
+}
+
+impl Scene {
+    /// A flat convex polygon with a picture, seen from both sides and without light. `corners` go around it; `uvs` are their places in the picture, 0
+    /// to 1 from its left and from its top.
+    ///
+    /// ```
+    /// use glam::DVec3;
+    /// use resample_core::Image;
+    /// use resample_mesh::Scene;
+    ///
+    /// let corners = [DVec3::ZERO, DVec3::X, DVec3::ONE, DVec3::Y];
+    /// let uvs = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    /// let square = Scene::polygon(&corners, uvs, Image::transparent(4, 4));
+    /// assert_eq!(square.meshes[0].triangles, [[0, 1, 2], [0, 2, 3]]);
+    /// ```
+    pub fn polygon(corners: &[DVec3], uvs: Vec<[f32; 2]>, picture: Image) -> Self {
+        let origin = corners.first().copied().unwrap_or_default();
+        let position = |at: &DVec3| (*at - origin).as_vec3().to_array();
+        let triangle = |corner: usize| [0, corner, corner + 1].map(narrow::index32);
+        let mesh = Mesh {
+            positions: corners.iter().map(position).collect(),
+            uvs: vec![uvs],
+            triangles: (1..corners.len().saturating_sub(1)).map(triangle).collect(),
+            ..Mesh::default()
+        };
+        let material = Material {
+            base_texture: Some(TextureUse {
+                wrap: [Wrap::Clamp; 2],
+                ..TextureUse::whole(0)
+            }),
+            sides: Sides::Both,
+            lighting: Lighting::Unlit,
+            ..Material::default()
+        };
+        let texture = Texture {
+            name: "picture".to_owned(),
+            width: picture.width,
+            height: picture.height,
+            texels: Texels::LinearF32(picture.rgba),
+        };
+        Self {
+            meshes: vec![mesh],
+            origin_in_world: origin,
+            materials: vec![material],
+            textures: vec![texture],
+            ..Self::default()
+        }
+    }
 }
 
 /// Light from all directions: an equirectangular picture, whose middle lies towards -z and whose top is +y.
@@ -352,6 +401,20 @@ pub struct TextureUse {
     pub wrap: [Wrap; 2],
     /// How the picture is reconstructed where it is magnified.
     pub magnify: Magnify,
+}
+
+impl TextureUse {
+    /// A texture as files use it that say no more: whole, by the first coordinates, repeated.
+    pub const fn whole(texture: usize) -> Self {
+        Self {
+            texture,
+            uv_set: 0,
+            uv_linear: DMat2::IDENTITY,
+            uv_offset: DVec2::ZERO,
+            wrap: [Wrap::Repeat; 2],
+            magnify: Magnify::Linear,
+        }
+    }
 }
 
 /// Wrapping beyond the border of a picture.

@@ -23,7 +23,7 @@ pub use crate::args::volume::channels::{ChannelArgs, ComponentLook, LookWords, V
 use crate::args::short_help;
 use crate::values;
 use crate::values::Window;
-use crate::values::mesh_word::{IsoWord, MeshWord};
+use crate::values::mesh_word::{IsoWord, MeshWord, SliceWord};
 
 /// How the volume file is read.
 #[derive(Args, Clone, Debug, Default)]
@@ -114,6 +114,12 @@ pub struct SceneArgs {
     /// seen. --iso draws a surface alone.
     #[arg(long = "with-iso", value_name = "VALUE[:COLOUR[,OPACITY]]", value_parser = IsoWord::of_text, allow_hyphen_values = true)]
     pub isosurfaces: Vec<IsoWord>,
+    /// Slice that stands in the volume; may be given several times
+    ///
+    /// z=77 is the plane of that voxel, NX,NY,NZ,D any plane, as in --clip-plane. LOW,HIGH are the values that are black and white: z=77:0,400
+    /// [default: all but the darkest hundredth and the brightest two]. Channels and labels have their colours.
+    #[arg(long = "with-slice", value_name = "PLACE[:LOW,HIGH]", value_parser = SliceWord::of_text, allow_hyphen_values = true)]
+    pub slices: Vec<SliceWord>,
 }
 
 /// How values become colour and opacity.

@@ -7,6 +7,7 @@ pub(crate) mod channels;
 pub(crate) mod data;
 pub(crate) mod file;
 pub(crate) mod meshes;
+mod slices;
 pub(crate) mod key_motion;
 pub(crate) mod scene;
 pub(crate) mod step_values;
@@ -20,7 +21,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use resample_core::clock::StageClock;
-use resample_core::{Camera, Stop};
+use resample_core::{Camera, Image, Stop};
 use serde_json::json;
 use volsplat::{
     Described, FrameStats, LabelLook, Order, RenderOptions, Renderer, Reuse, TransferFunction,
@@ -39,6 +40,7 @@ use crate::open::figure::FigureFacts;
 use crate::open::volume::data::{Content, Keeping};
 use crate::open::volume::key_motion::VolumeMotion;
 use crate::open::volume::meshes::Meshes;
+use crate::open::volume::slices::Cut;
 use crate::open::volume::time_steps::TimeSteps;
 use crate::output;
 use crate::picture::Drawn;
@@ -114,12 +116,17 @@ impl OpenVolume {
         &self.args
     }
 
+    /// The picture of a slice: an axis of the grid and a voxel along it; black and white at the ends of the window.
+    pub(crate) fn slice(&self, axis: usize, index: usize, window: [f64; 2]) -> Result<Image> {
+        slices::picture(&self.content, Cut::Voxels(axis, index), window)
+    }
+
     /// Takes the transfer function and the render options of `args`; the files are not read again.
     fn take(&mut self, args: VolsplatArgs) -> Result<()> {
         self.content.decide(&args, self.plan.finish.format)?;
         self.content.change(&mut self.renderer, self.keeping)?;
         self.args = args;
-        (self.meshes).follow(&self.content, &self.args.scene.isosurfaces)?;
+        (self.meshes).follow(&self.content, &self.args.scene)?;
         (self.meshes).check(&self.renderer, &self.content.look.options)
     }
 
@@ -218,7 +225,7 @@ impl OpenVolume {
         if reuse == Reuse::NeedsRenderer {
             self.renderer = self.content.renderer(self.keeping, Progress::Hidden)?;
         }
-        (self.meshes).follow(&self.content, &self.args.scene.isosurfaces)
+        (self.meshes).follow(&self.content, &self.args.scene)
     }
 
     fn stats_before_drawing(&self, request: &Request) -> RunStats {

@@ -96,15 +96,18 @@ impl OpenScene for OpenVolume {
                 content,
                 renderer,
             )?;
-            if let Some(motion) = self.motion.as_mut().filter(|_| is_other) {
-                motion.forget();
+            if is_other {
+                self.meshes.forget_slices();
+                if let Some(motion) = &mut self.motion {
+                    motion.forget();
+                }
             }
         }
         if let Some(motion) = &mut self.motion {
             motion.set(number, &mut self.renderer, &mut self.content)?;
         }
         match self.steps.is_some() || self.motion.is_some() {
-            true => (self.meshes).follow(&self.content, &self.args.scene.isosurfaces),
+            true => (self.meshes).follow(&self.content, &self.args.scene),
             false => Ok(()),
         }
     }
@@ -207,13 +210,16 @@ impl OpenScene for OpenVolume {
                     )?,
                     None => false,
                 };
+                if is_other {
+                    meshes.forget_slices();
+                }
                 if let Some(motion) = &mut motion {
                     if is_other {
                         motion.forget();
                     }
                     motion.set(shot.number, &mut renderer, content)?;
                 }
-                meshes.follow(content, &open.args.scene.isosurfaces)?;
+                meshes.follow(content, &open.args.scene)?;
             }
             picture::in_window(shot.camera, &shot.window, &mut |camera| {
                 let both = (&mut renderer, &mut meshes);

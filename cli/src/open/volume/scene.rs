@@ -24,7 +24,7 @@ use crate::open::volume::file::{load_options, with_part};
 use crate::open::volume::step_values::StepValues;
 use crate::process::report;
 use crate::values::input_file::InputFile;
-use crate::values::mesh_word::IsoWord;
+use crate::values::mesh_word::{IsoWord, SlicePlace};
 
 /// All volumes of a picture.
 pub(crate) struct Volumes {
@@ -267,6 +267,13 @@ pub(crate) fn record(args: &SceneArgs) -> Value {
              opacity,
          }| { json!({ "value": value, "colour": colour, "opacity": opacity }) },
     );
+    let slices = args.slices.iter().map(|word| {
+        let plane = match word.place {
+            SlicePlace::Voxels(axis, index) => json!({ "axis": axis, "voxel": index }),
+            SlicePlace::Plane(plane) => json!([plane.normal.to_array(), plane.offset]),
+        };
+        json!({ "plane": plane, "window": word.window })
+    });
     json!({
         "mask": args.mask.as_deref().map(report::name),
         "labels": args.labels,
@@ -275,6 +282,7 @@ pub(crate) fn record(args: &SceneArgs) -> Value {
         "also": also.collect::<Vec<_>>(),
         "meshes": meshes.collect::<Vec<_>>(),
         "isosurfaces": isosurfaces.collect::<Vec<_>>(),
+        "slices": slices.collect::<Vec<_>>(),
     })
 }
 

@@ -143,6 +143,18 @@ impl Histogram {
         self.value_with_above(BRIGHTEST_SHARE, f64::NEG_INFINITY)
     }
 
+    /// The scalars between which slices go from black to white: all but the darkest hundredth and the brightest two hundredths, without the background,
+    /// which is the first 256th of the range.
+    pub fn usual_window(&self) -> [f64; 2] {
+        let (low, high) = self.range();
+        let background = low + (high - low) / 256.0;
+        let ends = [0.99, 0.02].map(|share| self.value_with_above(share, background));
+        match ends[0] < ends[1] {
+            true => ends,
+            false => [low, high],
+        }
+    }
+
     /// The greatest scalar above which there is more than a share of the voxels from `low` on.
     pub fn value_with_above(&self, share: f64, low: f64) -> f64 {
         let first = (0..self.counts.len())
@@ -388,6 +400,18 @@ mod tests {
         assert_eq!(counted.counts(), [2, 0, 0, 1, 0, 3]);
         assert_eq!(counted.range(), (-3.0, 2.0));
         assert_eq!(counted.value(3), 0.0);
+    }
+
+    #[test]
+    fn the_usual_window_leaves_out_the_background_and_the_ends() {
+        let thousand = (0..=1000).map(|value| value as u16);
+        let counted = histogram(Voxels::U16([0; 5000].into_iter().chain(thousand).collect()));
+        let [low, high] = counted.usual_window();
+        assert!(
+            (12.0..=15.0).contains(&low) && (979.0..=981.0).contains(&high),
+            "{low}, {high}"
+        );
+        assert_eq!(histogram(Voxels::U8(vec![7; 9])).usual_window(), [7.0, 7.0]);
     }
 
     #[test]

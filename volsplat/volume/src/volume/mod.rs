@@ -15,7 +15,7 @@ mod steps;
 pub use histogram::Histogram;
 #[cfg(feature = "input")]
 pub use regrid::Between;
-pub use slices::Slice;
+pub use slices::{PlaneGrid, Slice};
 pub use steps::Steps;
 pub use voxel_type::{Endian, VoxelType};
 pub use voxels::{Grid, Lattice, Modality, NanPolicy, Volume, Voxels, scalar, with_voxels};

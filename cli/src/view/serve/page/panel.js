@@ -240,10 +240,12 @@ function cutSlider() {
     if (share <= 0) setOption("clip-plane");
     else setOption("clip-plane", [...normal, near + share * (far - near)].map((x) => Number(x.toPrecision(7))).join(","));
   };
+  const shown = make("input", { type: "checkbox", checked: state.showsCut, onchange: () => { remember(); state.showsCut = shown.checked; changed(); } });
   return [
     slider("depth", { min: 0, max: 1, value: (at - near) / (far - near), text: (x) => `${Math.round(100 * x)}%`, act }),
     make("div", { className: "buttons" },
       button("from here", () => { remember(); setOption("clip-plane"); changed({ panel: true }); }, { title: "The plane faces the eye as it stands now" })),
+    ...(state.scene.volume.has_slices ? [row("values on it", shown)] : []),
   ];
 }
 

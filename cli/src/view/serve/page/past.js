@@ -1,7 +1,7 @@
 // Earlier and later states; the state in the page's address, and in sessions.
 
 // The part of the state that a person has made.
-const OWN = ["camera", "changes", "curve", "labels", "channels", "surfaces", "exactness", "keys", "light", "step", "measures", "slices", "looks"];
+const OWN = ["camera", "changes", "curve", "labels", "channels", "surfaces", "exactness", "keys", "light", "step", "measures", "slices", "showsCut", "looks"];
 // Time within which turns of a wheel and strokes of a key count as one change, ms.
 const ONE_CHANGE_MS = 700;
 // Most characters of an address; longer states are kept by sessions alone. A guess below the limits of browsers.

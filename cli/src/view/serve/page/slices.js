@@ -7,23 +7,23 @@ const asked = [null, null, null];
 
 function toggleSlices() {
   remember();
-  state.slices = state.slices ? null : { at: state.scene.volume.dims.map((n) => n >> 1), window: usualWindow() };
+  state.slices = state.slices ? null : { at: state.scene.volume.dims.map((n) => n >> 1), window: state.scene.volume.window };
   showSlices();
   changed({ panel: true, moving: false });
 }
 
-// The values between which all but the darkest hundredth and the brightest two hundredths lie, without the background.
-function usualWindow() {
-  const { bars: counts, range: [least, most] } = state.scene.volume;
-  const shown = counts.with(0, 0);
-  const total = shown.reduce((sum, count) => sum + count, 0);
-  const below = (share) => {
-    let sum = 0;
-    return shown.findIndex((count) => (sum += count) >= share * total);
-  };
-  const value = (bar) => least + ((most - least) * bar) / counts.length;
-  const ends = [value(below(0.01)), value(below(0.98) + 1)];
-  return total > 0 && ends[0] < ends[1] ? ends : [least, most];
+// The words of --with-slice: the three slices, and the plane that cuts the volume, where they stand in it.
+function standingSlices() {
+  const window = (state.slices?.window ?? state.scene.volume?.window ?? []).map(short4).join(",");
+  const three = state.slices?.isStanding ? AXES.map((name, axis) => `${name}=${state.slices.at[axis]}:${window}`) : [];
+  const plane = state.showsCut && option("clip-plane");
+  return plane ? [...three, `${plane}:${window}`] : three;
+}
+
+// The volume is drawn again where slices stand in it.
+function slicesChanged() {
+  keepAddress();
+  if (standingSlices().length) soon();
 }
 
 function showSlices() {
@@ -44,7 +44,13 @@ function showSlices() {
     input.addEventListener("input", () => setSlice(axis, Number(input.value)));
     return make("div", {}, plot, make("div", { className: "row" }, make("output", { id: `at-${axis}` }), input));
   });
+  const standing = make("input", { id: "standing", type: "checkbox", checked: Boolean(state.slices.isStanding), onchange: () => {
+    remember();
+    state.slices.isStanding = standing.checked;
+    changed();
+  } });
   strip.replaceChildren(...figures, make("div", { className: "row" }, make("span", {}, "window"), end(0, "low"), end(1, "high")),
+    make("div", { className: "row" }, make("label", { htmlFor: "standing" }, "in the volume, too"), standing),
     make("div", { className: "buttons" },
       button("cut here", cutAtSlice, { title: "Cuts the volume at the slice along z" }),
       button("whole range", () => setSliceWindow(range))));
@@ -56,7 +62,7 @@ function setSlice(axis, index) {
   state.slices.at = state.slices.at.with(axis, index);
   askSlices([axis]);
   drawMarks();
-  keepAddress();
+  slicesChanged();
 }
 
 function setSliceWindow([low, high]) {
@@ -66,7 +72,7 @@ function setSliceWindow([low, high]) {
   const inputs = strip.querySelectorAll("input[type=number]");
   [low, high].forEach((value, i) => (inputs[i].value = short4(value)));
   askSlices([0, 1, 2]);
-  keepAddress();
+  slicesChanged();
 }
 
 // All three go through a voxel of the grid.
@@ -75,7 +81,7 @@ function slicesAt(voxel) {
   state.slices.at = voxel;
   showSlices();
   drawMarks();
-  keepAddress();
+  slicesChanged();
 }
 
 function askSlices(list) {
@@ -202,7 +208,7 @@ function watchSlice(plot, axis, [across, down]) {
     state.slices.at = state.slices.at.with(across, x).with(down, axis === 2 ? y : dims[down] - 1 - y);
     askSlices([across, down]);
     drawMarks();
-    keepAddress();
+    slicesChanged();
   };
   plot.addEventListener("contextmenu", (event) => event.preventDefault());
   plot.addEventListener("pointerdown", (event) => {

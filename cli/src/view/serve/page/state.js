@@ -14,7 +14,8 @@ const state = {
   light: null,        // the direction of the light: degrees around and above the camera of the start
   step: 0,            // of a volume over time
   measures: [],       // lists of two or three places in the world
-  slices: null,       // { at: [i, j, k], window: [low, high] } while they are shown
+  slices: null,       // { at: [i, j, k], window: [low, high], isStanding } while they are shown; isStanding: in the volume, too
+  showsCut: false,    // the values on the plane that cuts the volume
   looks: {},          // { curve, changes } by name
   plot: { isLog: true, range: null }, // how the histogram is drawn, and the values that it shows; null is all
   point: 0,           // the point of the transfer function that is edited
@@ -27,11 +28,13 @@ function transferFile() {
   return { ColorSpace: "RGB", Name: state.scene.title, Points: points, RGBPoints: state.curve.colours.flat() };
 }
 
-// The options that the page changed; edited channels and surfaces are options, too.
+// The options that the page changed; edited channels, surfaces and slices in the volume are options, too.
 function changes() {
   const all = { ...state.changes };
   if (state.channels) all.channel = state.channels.map(channelWords);
   if (state.surfaces) all["with-iso"] = state.surfaces.map(surfaceWords);
+  const slices = standingSlices();
+  if (slices.length) all["with-slice"] = slices;
   return all;
 }
 

@@ -1,4 +1,4 @@
-//! Slices of a volume as the page shows them beside the picture.
+//! Slices of a volume as pictures: beside the viewer's picture, and standing in the volume.
 //!
 //! A single volume is grey between the values of its window; channels add their colours as on a display; labels have their
 //! own colours.
@@ -7,29 +7,49 @@ use anyhow::Result;
 use resample_core::Image;
 use resample_core::image::{linear_from_srgb, srgb_from_linear};
 use resample_core::narrow::single;
-use volsplat::volume::Slice;
+use volsplat::volume::{Between, Lattice, Slice};
+use volsplat::{LabelLook, Volume};
 
 use crate::look::file_channel::ShownChannel;
-use crate::open::volume::OpenVolume;
+use crate::open::volume::data::Content;
 use crate::values;
 
-/// The picture of a slice: an axis of the grid and a voxel along it; black and white at the ends of the window.
-pub(crate) fn picture(
-    open: &OpenVolume,
-    axis: usize,
-    index: usize,
-    [low, high]: [f64; 2],
-) -> Result<Image> {
-    let volumes = open.volumes()?;
-    let shown: Vec<&ShownChannel> = open
+/// A slice.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Cut<'a> {
+    /// An axis of the grid and a voxel along it.
+    Voxels(usize, usize),
+    /// A grid of one layer.
+    Grid(&'a Lattice),
+}
+
+impl Cut<'_> {
+    fn of(self, volume: &Volume, between: Between) -> Result<Slice> {
+        match self {
+            Self::Voxels(axis, index) => Ok(volume.slice(axis, index)),
+            Self::Grid(grid) => Ok(volume.on_grid(grid, between, 0.0)?.slice(2, 0)),
+        }
+    }
+}
+
+/// The picture of a slice, black and white at the ends of the window.
+pub(crate) fn picture(content: &Content, cut: Cut, [low, high]: [f64; 2]) -> Result<Image> {
+    let volumes = content.volumes()?;
+    let shown: Vec<&ShownChannel> = content
         .shown_channels()
         .into_iter()
         .map(|(shown, _)| shown)
         .collect();
+    let labels = content.labels();
     let mut codes: Vec<[f64; 3]> = Vec::new();
     let mut size = [0; 2];
     for (place, volume) in volumes.iter().take(shown.len().max(1)).enumerate() {
-        let slice = volume.slice(axis, index);
+        if shown.is_empty() && !labels.is_empty() {
+            let slice = cut.of(volume, Between::Nearest)?;
+            (codes, size) = (painted(&slice, &labels), slice.size);
+            break;
+        }
+        let slice = cut.of(volume, Between::Linear)?;
         size = slice.size;
         codes.resize(slice.values.len(), [0.0; 3]);
         let look = shown.get(place).map(|shown| &shown.look);
@@ -49,9 +69,6 @@ pub(crate) fn picture(
                 colour: colour.map(|code| code * strength),
             },
         );
-    }
-    if shown.is_empty() && !open.labels().is_empty() {
-        paint(&mut codes, &volumes[0].slice(axis, index), open);
     }
     let mut image = Image::transparent(size[0], size[1]);
     for (pixel, code) in image.rgba.iter_mut().zip(codes) {
@@ -82,12 +99,12 @@ fn add(codes: &mut [[f64; 3]], slice: &Slice, ramp: &Ramp) {
 }
 
 /// The colours of labels; a voxel without one is black.
-fn paint(codes: &mut [[f64; 3]], slice: &Slice, open: &OpenVolume) {
-    let labels = open.labels();
-    for (code, value) in codes.iter_mut().zip(&slice.values) {
+fn painted(slice: &Slice, labels: &[(i64, LabelLook)]) -> Vec<[f64; 3]> {
+    let code = |value: &f64| {
         let look = labels.iter().find(|(label, _)| *label as f64 == *value);
-        *code = look.map_or([0.0; 3], |(_, look)| {
+        look.map_or([0.0; 3], |(_, look)| {
             look.rgb.map(|light| f64::from(srgb_from_linear(light)))
-        });
-    }
+        })
+    };
+    slice.values.iter().map(code).collect()
 }
