@@ -271,6 +271,20 @@ impl Renderer {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn surface(&mut self, camera: &Camera, subpixels: u32) -> Result<Surface, Error> {
+        let whole = [camera.width as usize, camera.height as usize];
+        self.surface_window(camera, ([0; 2], whole), subpixels)
+    }
+
+    /// As [`Renderer::surface`], a window of it: its first column and row, its width and height, px. It has the bits of the whole.
+    ///
+    /// # Errors
+    /// As [`Renderer::surface`], and a window beyond the picture.
+    pub fn surface_window(
+        &mut self,
+        camera: &Camera,
+        (first, size): ([usize; 2], [usize; 2]),
+        subpixels: u32,
+    ) -> Result<Surface, Error> {
         let sides = [camera.width, camera.height];
         let too_many = || {
             Error::Option(format!(
@@ -290,11 +304,10 @@ impl Renderer {
             ..own.clone()
         })?;
         self.filter = PixelFilter::as_square(samples as usize);
-        let size = [fine.width as usize, fine.height as usize];
-        let drawn = Surface::in_bands(size, |first, rows| {
-            Ok(self
-                .render_window(&fine, [0, first], [size[0], rows])?
-                .image)
+        let [first, size] = [first, size].map(|px| px.map(|px| px * subpixels as usize));
+        let drawn = Surface::in_bands(size, |row, rows| {
+            let first = [first[0], first[1] + row];
+            Ok(self.render_window(&fine, first, [size[0], rows])?.image)
         });
         let _kept = self.update(&own)?;
         drawn

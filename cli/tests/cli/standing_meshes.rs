@@ -1,4 +1,5 @@
-//! Meshes and isosurfaces that stand in a volume: `--mesh FILE[:COLOUR[,OPACITY]]`, `--with-iso VALUE[:COLOUR[,OPACITY]]`.
+//! Meshes, isosurfaces and slices that stand in a volume: `--mesh FILE[:COLOUR[,OPACITY]]`, `--with-iso VALUE[:COLOUR[,OPACITY]]`,
+//! `--with-slice PLACE[:LOW,HIGH]`.
 
 use std::fs;
 
@@ -146,7 +147,7 @@ fn meshes_that_cannot_stand_are_refused() {
         ),
         (
             "--mesh rod.obj --order every-sample",
-            "--mesh and --with-iso go with the field alone",
+            "--mesh, --with-iso and --with-slice go with the field alone",
         ),
     ] {
         let output = bench.run(&format!("volsplat ball.raw {BALL} -o out/a.png {words}"));
@@ -199,4 +200,73 @@ fn isosurfaces_stand_in_the_volume_one_behind_another() {
         "{}",
         stderr(&refused)
     );
+}
+
+#[test]
+fn slices_stand_in_the_volume() {
+    let bench = bench();
+    let unseen = "--window 200,400 --shade none --opacity-scale 0.000001";
+    let pixel = |words: &str| {
+        let command = format!(
+            "volsplat ball.raw {BALL} {unseen} {words} --camera front.json --size 64x64 --background black -o out/s.png"
+        );
+        assert_good(&bench.run(&command));
+        let drawn = image::open(bench.path("out/s.png")).expect("a picture");
+        drawn.to_rgb8().get_pixel(32, 32).0
+    };
+    let camera = r#"{"position": [15.5, 15.5, 80], "target": [15.5, 15.5, 15.5], "up": [0, 1, 0], "fov_y": 30}"#;
+    bench.write("front.json", camera.as_bytes());
+    let ball = super::ball();
+    let middle = u32::from(ball[16 + 32 * (16 + 32 * 16)]);
+    for words in ["z=16:0,255", "1,0,1,32:0,255", "0,0.5,0.5,16:0,255"] {
+        let [r, g, b] = pixel(&format!("--with-slice {words}")).map(u32::from);
+        assert_eq!([g, b], [r; 2], "{words}: it is grey");
+        // It falls by 20 in a voxel, and between voxels its tip is blunt.
+        assert!(
+            r.abs_diff(middle) < 20,
+            "{words}: {r}, the voxel is {middle}"
+        );
+    }
+    let narrow = pixel("--with-slice z=16:250,300");
+    assert_eq!(narrow, [0; 3], "below its window it is black");
+    // The rod reaches from z = 14 to 18.
+    let [before, behind] = ["z=24", "z=8"].map(|place| {
+        let words = format!("--mesh rod.obj:red --with-slice {place}:0,255");
+        let [r, g, _] = pixel(&words);
+        (r, g)
+    });
+    assert_eq!(before.0, before.1, "the slice hides the rod");
+    assert!(
+        behind.0 > 2 * behind.1,
+        "the rod hides the slice: {behind:?}"
+    );
+    // Channels and labels have their own colours.
+    let labels: Vec<u8> = ball.iter().map(|&value| u8::from(value > 100)).collect();
+    bench.write("labels.raw", &labels);
+    bench.write("colours.csv", b"1,255,0,0,0.000001\n");
+    let command = format!(
+        "volsplat labels.raw {BALL} {FRONT} --labels --label-colours colours.csv --with-slice z=16 -o out/l.png"
+    );
+    assert_good(&bench.run(&command));
+    let drawn = image::open(bench.path("out/l.png"))
+        .expect("a picture")
+        .to_rgb8();
+    assert_eq!(drawn.get_pixel(32, 32).0, [255, 0, 0]);
+    for (place, why) in [
+        ("z=32", "the volume has 32 voxels there"),
+        ("0,0,1,99", "the plane lies beside the volume"),
+        ("w=3", "such as z=77"),
+        ("0,0,0,1", "such as z=77"),
+        ("z=3:5,2", "5,2"),
+    ] {
+        let refused = bench.run(&format!(
+            "volsplat ball.raw {BALL} --with-slice {place} -o out/b.png"
+        ));
+        assert_eq!(refused.status.code(), Some(2), "{place}");
+        assert!(
+            stderr(&refused).contains(why),
+            "{place}: {}",
+            stderr(&refused)
+        );
+    }
 }

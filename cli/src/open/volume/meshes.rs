@@ -139,8 +139,13 @@ impl Meshes {
         self.meshes().flat_map(|mesh| corners(&mesh.scene))
     }
 
-    /// The surfaces that `camera` sees, at the sub-pixels of its picture of the volume.
-    pub(crate) fn surfaces(&mut self, volume: &Renderer, camera: &Camera) -> Result<Vec<Surface>> {
+    /// The surfaces that a part of a picture shows, at the sub-pixels of the volume there: `camera` is moved to the part, `whole` is that of the picture.
+    pub(crate) fn surfaces(
+        &mut self,
+        volume: &Renderer,
+        camera: &Camera,
+        whole: &Camera,
+    ) -> Result<Vec<Surface>> {
         if self.is_empty() {
             return Ok(Vec::new());
         }
@@ -151,10 +156,12 @@ impl Meshes {
             }
             surface
         };
+        let first = [whole.cx - camera.cx, whole.cy - camera.cy].map(|px| px.round() as usize);
+        let window = (first, [camera.width as usize, camera.height as usize]);
         let mut surfaces = Vec::new();
         let slices = self.slices.iter_mut().map(|(_, mesh)| mesh);
         for mesh in self.all.iter_mut().chain(slices) {
-            let surface = mesh.renderer.surface(camera, subpixels)?;
+            let surface = mesh.renderer.surface_window(whole, window, subpixels)?;
             let opacity = mesh.word.as_ref().map_or(1.0, |word| word.opacity);
             surfaces.push(faded(surface, opacity));
         }

@@ -228,6 +228,12 @@ impl OpenVolume {
         (self.meshes).follow(&self.content, &self.args.scene)
     }
 
+    /// Draws a part of a picture: the camera that is moved to it, and that of the whole.
+    fn draw_part(&mut self, cameras: (&Camera, &Camera)) -> Result<Drawn> {
+        let both = (&mut self.renderer, &mut self.meshes);
+        drawn(both, cameras, Progress::Hidden, &self.stop)
+    }
+
     fn stats_before_drawing(&self, request: &Request) -> RunStats {
         RunStats::new(
             json!({
@@ -249,15 +255,16 @@ impl OpenVolume {
     }
 }
 
-/// The picture of a volume renderer and of the meshes in it, with its counts and times.
+/// A part of the picture of a volume renderer and of the meshes in it, with its counts and times: the camera that is moved to the part, and that of the
+/// whole picture.
 fn drawn(
     (renderer, meshes): (&mut Renderer, &mut Meshes),
-    camera: &Camera,
+    (camera, whole): (&Camera, &Camera),
     progress: Progress,
     stop: &Stop,
 ) -> Result<Drawn> {
     let clock = StageClock::start();
-    let surfaces = meshes.surfaces(renderer, camera)?;
+    let surfaces = meshes.surfaces(renderer, camera, whole)?;
     let of_meshes = clock.stop();
     let mut watch = watch("drawing", progress);
     let frame = renderer.render_among(camera, &surfaces, stop, &mut watch)?;

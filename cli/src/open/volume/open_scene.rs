@@ -117,8 +117,7 @@ impl OpenScene for OpenVolume {
     }
 
     fn draw(&mut self, camera: &Camera) -> Result<Drawn> {
-        let both = (&mut self.renderer, &mut self.meshes);
-        drawn(both, camera, Progress::Hidden, &self.stop)
+        self.draw_part((camera, camera))
     }
 
     fn draw_window(&mut self, camera: &Camera, window: &Window) -> Result<Drawn> {
@@ -126,12 +125,12 @@ impl OpenScene for OpenVolume {
             self.plan.finish.format,
             self.args.render.options.blend.layers.as_ref(),
         )?;
-        picture::in_window(camera, window, &mut |camera| {
-            let mut drawn = self.draw(camera)?;
+        picture::in_window(camera, window, &mut |part| {
+            let mut drawn = self.draw_part((part, camera))?;
             drawn
                 .image
                 .planes
-                .extend(self.renderer.layers(camera, &layers)?);
+                .extend(self.renderer.layers(part, &layers)?);
             Ok(drawn)
         })
     }
@@ -223,7 +222,7 @@ impl OpenScene for OpenVolume {
             }
             picture::in_window(shot.camera, &shot.window, &mut |camera| {
                 let both = (&mut renderer, &mut meshes);
-                let mut drawn = drawn(both, camera, progress, &open.stop)?;
+                let mut drawn = drawn(both, (camera, shot.camera), progress, &open.stop)?;
                 drawn.image.planes.extend(renderer.layers(camera, &layers)?);
                 Ok(drawn)
             })

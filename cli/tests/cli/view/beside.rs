@@ -228,6 +228,48 @@ fn surfaces_stand_in_the_volume_and_are_taken_out() {
 }
 
 #[test]
+fn slices_stand_in_the_volume_as_they_are_chosen() {
+    let bench = Bench::new();
+    let typed = format!("ball.raw {BALL} --with-slice z=3");
+    for words in [
+        json!(["x=16:0,255", "z=4:10,200"]),
+        json!(["1,1,0,30"]),
+        json!([]),
+    ] {
+        super::assert_same(
+            &bench,
+            &typed,
+            json!({ "changes": { "with-slice": words } }),
+        );
+    }
+    let Some((_viewer, mut browser)) = open(&bench, "") else {
+        return;
+    };
+    let first = browser.picture();
+    browser.press("slices");
+    browser.value("document.getElementById('standing').click()");
+    browser.wait_rest();
+    let three = browser.picture();
+    let command = browser.copied();
+    assert_eq!(command.matches("--with-slice").count(), 3, "{command}");
+    assert!(three != first && three == run_copied(&bench, &command));
+    browser.value("setSlice(2, 5)");
+    browser.wait_rest();
+    assert!(browser.copied().contains("--with-slice=z=5:"));
+    browser.press("hide slices");
+    browser.wait_rest();
+    assert!(browser.picture() == first, "they go with the slices");
+    // The values on the plane that cuts the volume.
+    let move_ = "(() => { const e = document.getElementById('field-depth'); e.value = 0.5; e.dispatchEvent(new Event('input')); })()";
+    browser.value(move_);
+    browser.value("document.getElementById('field-values-on-it').click()");
+    browser.wait_rest();
+    let command = browser.copied();
+    assert_eq!(command.matches("--with-slice").count(), 1, "{command}");
+    assert!(browser.picture() == run_copied(&bench, &command));
+}
+
+#[test]
 fn steps_over_time_are_chosen_and_copied() {
     let bench = Bench::new();
     for number in 0..3u8 {
