@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 
 use crate::args::CompareArgs;
 use crate::measure::figures;
-use crate::measure::figures::{Better, FLICKER, METRICS, Steps};
+use crate::measure::figures::{Better, FLICKER, METRICS};
 use crate::output;
 use crate::output::{Depth, Format};
 use crate::process::report;
@@ -94,7 +94,7 @@ fn compared(args: &CompareArgs) -> Result<Findings> {
         Pictures::open(&args.reference)?,
     );
     let mut findings: Option<Findings> = None;
-    let mut steps = Steps::default();
+    let mut steps = metrics::Flicker::default();
     loop {
         let (picture, reference) = match (pictures.next_picture()?, references.next_picture()?) {
             (Some(picture), Some(reference)) => (picture, reference),
@@ -125,7 +125,7 @@ fn compared(args: &CompareArgs) -> Result<Findings> {
     }
     let mut findings =
         findings.with_context(|| format!("{}: holds no picture", args.picture.display()))?;
-    findings.flicker = steps.flicker();
+    findings.flicker = steps.rms();
     Ok(findings)
 }
 

@@ -1,9 +1,8 @@
 //! The figures of a comparison as the commands name them, and the picture of its errors.
 //!
-//! Takes what `resample_core::metrics` measured, gives names, JSON and colours; and the flicker of a row of pictures,
-//! which needs two pictures at a time.
+//! Takes what `resample_core::metrics` measured, gives names, JSON and colours.
 
-use resample_core::metrics::{Comparison, Mask};
+use resample_core::metrics::Comparison;
 use resample_core::{Image, metrics};
 use serde_json::{Map, Value, json};
 
@@ -69,42 +68,5 @@ pub(crate) fn heatmap(map: &metrics::ScalarMap) -> Image {
         rgba,
         depth: None,
         planes: Vec::new(),
-    }
-}
-
-/// Changes from picture to picture, against the changes of the truth.
-#[derive(Default)]
-pub(crate) struct Steps {
-    before: Option<(Image, Image)>,
-    sum_of_squares: f64,
-    count: usize,
-}
-
-impl Steps {
-    /// Takes the next pair of pictures.
-    pub(crate) fn add(&mut self, picture: Image, reference: Image, mask: Option<&Mask>) {
-        if let Some((before, reference_before)) = &self.before {
-            let changes = picture.rgba.iter().zip(&before.rgba);
-            let expected = reference.rgba.iter().zip(&reference_before.rgba);
-            for (index, ((now, then), (expected_now, expected_then))) in
-                changes.zip(expected).enumerate()
-            {
-                if mask.is_some_and(|mask| !mask.inside()[index]) {
-                    continue;
-                }
-                for k in 0..3 {
-                    let change = f64::from(now[k]) - f64::from(then[k]);
-                    let expected = f64::from(expected_now[k]) - f64::from(expected_then[k]);
-                    self.sum_of_squares += (change - expected).powi(2);
-                    self.count += 1;
-                }
-            }
-        }
-        self.before = Some((picture, reference));
-    }
-
-    /// RMS over pixels, channels and steps of the difference between the two changes; `None` before a step.
-    pub(crate) fn flicker(&self) -> Option<f64> {
-        (self.count > 0).then(|| (self.sum_of_squares / self.count as f64).sqrt())
     }
 }

@@ -11,9 +11,9 @@ use resample_core::metrics::{Comparison, Mask};
 use resample_core::{Camera, Image, metrics};
 use serde_json::{Map, Value};
 
-use crate::measure::figures::Steps;
 use crate::open::Opened;
 use crate::process::report::{Account, Cost};
+use resample_core::metrics::Flicker;
 
 /// Steps of a shimmer: sixteen of a sixteenth of a pixel are one pixel.
 const SHIMMER_STEPS: u32 = 16;
@@ -150,11 +150,11 @@ impl Reference {
 
     /// Error of the change from picture to picture along the further cameras; `None` without such cameras.
     pub(crate) fn flicker(&self, moving: &[Image]) -> Option<f64> {
-        let mut steps = Steps::default();
+        let mut steps = Flicker::default();
         for (image, expected) in moving.iter().zip(&self.moving) {
             steps.add(image.clone(), expected.clone(), None);
         }
-        steps.flicker()
+        steps.rms()
     }
 }
 

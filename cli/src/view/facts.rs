@@ -51,7 +51,7 @@ pub(crate) fn volume(open: &OpenVolume) -> Value {
         "has_slices": open.volumes().is_ok(),
         "steps": open.step_names(),
         "range": [low, high],
-        "corners": crate::cameras::framing::volume::grid_bounds(volume).map(|corner| corner.to_array()),
+        "corners": lattice.bounds_in_world().map(|corner| corner.to_array()),
         "bars": bars(&histogram, volume.value_range()),
         "window": histogram.usual_window(),
         "function": function(open),

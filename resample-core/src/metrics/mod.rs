@@ -6,10 +6,11 @@
 //! figures do not depend on the number of threads.
 //!
 //! Sources: PSNR, the maximum and the percentile are plain statistics; SSIM and FLIP name their papers in their own
-//! modules. Limits: neither HDR-FLIP nor any measure over time; depth and extra planes are not compared.
+//! modules. Over time [`Flicker`] compares changes from picture to picture. Limits: no HDR-FLIP; depth and extra planes are not compared.
 
 mod convolve;
 pub mod estimate;
+mod flicker;
 pub mod flip;
 mod inputs;
 #[cfg(test)]
@@ -22,6 +23,7 @@ pub mod windows;
 use crate::Image;
 use crate::metrics::inputs::{check_mask, check_pair};
 
+pub use crate::metrics::flicker::Flicker;
 pub use crate::metrics::flip::FlipSummary;
 pub use crate::metrics::inputs::{Mask, MetricsError, ScalarMap};
 

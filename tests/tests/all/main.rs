@@ -36,6 +36,7 @@ mod light_grids;
 mod shadows;
 mod shells;
 mod spacing;
+mod standing_slices;
 mod statistics;
 mod surfaces_in_volumes;
 mod texmap_alpha;

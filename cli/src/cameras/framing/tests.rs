@@ -5,10 +5,11 @@ use resample_core::Camera;
 use volsplat::Volume;
 use volsplat::volume::Voxels;
 
-use super::volume::{grid_bounds, stance};
+use super::volume::stance;
 use super::*;
 use crate::cameras::framing::{FILL, fit, seen_points};
 use crate::values::{Orbit, Size};
+use volsplat::Described;
 
 const BOX: [DVec3; 2] = [DVec3::new(10.0, -4.0, 3.0), DVec3::new(14.0, 2.0, 5.0)];
 const LENSES: [Lens; 2] = [Lens::Perspective { fov_y_deg: 40.0 }, Lens::Orthographic];
@@ -238,7 +239,7 @@ fn one_point_still_gives_a_camera() {
 #[test]
 fn grid_box_reaches_from_the_first_to_the_last_voxel() {
     assert_eq!(
-        grid_bounds(&volume()),
+        volume().lattice().bounds_in_world(),
         [DVec3::new(5.0, 6.0, 7.0), DVec3::new(6.0, 8.0, 10.0)],
         "2 x 3 x 4 voxels"
     );
@@ -246,7 +247,7 @@ fn grid_box_reaches_from_the_first_to_the_last_voxel() {
     mirrored.world_from_index.matrix3.x_axis = DVec3::NEG_X;
     let expected = [DVec3::new(4.0, 6.0, 7.0), DVec3::new(5.0, 8.0, 10.0)];
     assert_eq!(
-        grid_bounds(&mirrored),
+        mirrored.lattice().bounds_in_world(),
         expected,
         "corners stay sorted when an axis is mirrored"
     );

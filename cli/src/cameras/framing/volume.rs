@@ -27,19 +27,6 @@ pub fn stance(volume: &dyn Described, up: Option<DVec3>) -> Stance {
     }
 }
 
-/// Two corners of the box, along the world's axes, around all voxels of a volume.
-pub fn grid_bounds(volume: &dyn Described) -> [DVec3; 2] {
-    let lattice = volume.lattice();
-    let last = DVec3::from_array(lattice.dims.map(|n| (n - 1) as f64));
-    let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
-    let in_world = |i: u32| lattice.world_from_index.transform_point3(corner(i) * last);
-    (1..8)
-        .map(in_world)
-        .fold([in_world(0); 2], |[low, high], pos| {
-            [low.min(pos), high.max(pos)]
-        })
-}
-
 /// The box of voxel centres, widened by the kernels around them.
 ///
 /// A kernel reaches about two spacings from its voxel and has all but faded after one, so one is added.

@@ -12,12 +12,11 @@ use glam::DVec3;
 use resample_core::{Camera, LookAt};
 use volsplat::transfer::{ColourKnot, OpacityKnot};
 use volsplat::{
-    LoadOptions, RawOptions, RenderOptions, Renderer, TransferFunction, Volume, VoxelType,
-    procedural,
+    Described, LoadOptions, RawOptions, RenderOptions, Renderer, TransferFunction, Volume,
+    VoxelType, procedural,
 };
 
 use crate::args::BenchPaperArgs;
-use crate::cameras::framing;
 use crate::measure::median;
 use crate::output;
 use crate::output::{Depth, Format};
@@ -207,7 +206,7 @@ fn measured(row: &Row, volume: &Volume, args: &BenchPaperArgs) -> Result<Measure
     let mut renderer = Renderer::new(volume, &transfer, &RenderOptions::paper())?;
     let bounds = renderer
         .visible_bounds_in_world()
-        .unwrap_or_else(|| framing::volume::grid_bounds(volume));
+        .unwrap_or_else(|| volume.lattice().bounds_in_world());
     let cameras = cameras(row, volume, &transfer, bounds)?;
     let mut times = [const { Vec::new() }; 3];
     for _ in 0..args.reps {

@@ -16,7 +16,6 @@ use volsplat::{Described, Lattice, LoadOptions, RenderOptions, VoxelType};
 
 use super::words::{Line, between, line, short, sides};
 use crate::args::{InfoArgs, ReadingArgs};
-use crate::cameras::framing;
 use crate::open::volume::data::look_through;
 use crate::open::volume::file::load_options;
 use crate::process::report;
@@ -207,7 +206,7 @@ impl Facts {
         Ok(Self {
             format: told.map_or("headerless", |format| format.name()),
             kind: volume.voxel_type(),
-            corners: framing::volume::grid_bounds(volume),
+            corners: volume.lattice().bounds_in_world(),
             range: volume.value_range(),
             bars: Bars::of(&volume.histogram()),
             lattice,

@@ -16,7 +16,7 @@ use volsplat::{
 };
 
 use crate::args::{SceneArgs, TransferArgs, VolsplatArgs};
-use crate::cameras::{framing, viewpoint};
+use crate::cameras::viewpoint;
 use crate::look;
 use crate::look::channel_look::{ChannelLook, Values};
 use crate::look::file_channel::ShownChannel;
@@ -175,7 +175,7 @@ impl Content {
             return None;
         };
         let lattice = volumes.first().lattice();
-        let [low, high] = framing::volume::grid_bounds(volumes.first());
+        let [low, high] = lattice.bounds_in_world();
         let near = viewpoint::world_at(pixel, pixel.near);
         let direction = (viewpoint::world_at(pixel, 2.0 * pixel.near) - near).normalize();
         let middle = (0.5 * (low + high) - near).dot(direction);

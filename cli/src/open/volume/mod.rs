@@ -139,7 +139,7 @@ impl OpenVolume {
     fn visible_bounds_in_world(&self) -> [DVec3; 2] {
         let visible = self.renderer.visible_bounds_in_world();
         let visible = self.content.box_of_steps().or(visible);
-        let bounds = visible.unwrap_or_else(|| framing::volume::grid_bounds(self.content.first()));
+        let bounds = visible.unwrap_or_else(|| self.content.first().lattice().bounds_in_world());
         let [low, high] = framing::volume::with_kernels(bounds, self.content.first());
         let meshes = self.meshes.bounds_in_world();
         meshes.map_or([low, high], |[a, b]| [low.min(a), high.max(b)])

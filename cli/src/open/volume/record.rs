@@ -6,7 +6,6 @@ use volsplat::{Described, FrameStats};
 
 use crate::args::{TransferArgs, VolsplatArgs};
 use crate::cameras::framing;
-use crate::cameras::framing::volume::grid_bounds;
 use crate::look::{Look, transfer};
 use crate::open::volume::scene;
 use crate::output::Format;
@@ -88,7 +87,7 @@ pub(crate) fn why_nothing(args: &VolsplatArgs, volume: &dyn Described) -> String
     }
     let clip = &options.clip;
     if clip.crop.is_some() || clip.crop_voxels.is_some() || !clip.clip_plane.is_empty() {
-        let [from, to] = grid_bounds(volume).map(|corner| {
+        let [from, to] = volume.lattice().bounds_in_world().map(|corner| {
             let [x, y, z] = corner.to_array();
             format!("{x},{y},{z}")
         });

@@ -229,6 +229,19 @@ impl Lattice {
         spacing(&self.world_from_index)
     }
 
+    /// Least and greatest corner of the box, along the world's axes, around the centres of all voxels.
+    pub fn bounds_in_world(&self) -> [DVec3; 2] {
+        let last = DVec3::from_array(self.dims.map(|n| (n - 1) as f64));
+        let corner =
+            |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
+        let in_world = |i: u32| self.world_from_index.transform_point3(corner(i) * last);
+        (1..8)
+            .map(in_world)
+            .fold([in_world(0); 2], |[low, high], pos| {
+                [low.min(pos), high.max(pos)]
+            })
+    }
+
     /// The unit of lengths: that of the file, or millimetres where axes are named after a patient's sides.
     pub fn length_unit(&self) -> Option<String> {
         let of_file = self.unit.clone();
