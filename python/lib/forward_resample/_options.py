@@ -100,6 +100,8 @@ class VolumeOptions(FramedOptions, total=False):
     mesh: Any
     #: Surface of a value inside the volume, beside the volume itself; may be given several times
     with_iso: Any
+    #: Slice that stands in the volume; may be given several times
+    with_slice: Any
     #: The step of a volume over time that decides look and view, counted from 0; all: the values of all of them
     look_of: Value
     #: Order of compositing [default: field; an option that only one order has selects that order, and a single slice is drawn by every-sample]

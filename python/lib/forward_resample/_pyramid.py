@@ -69,7 +69,7 @@ _OF_VIEWS = (
 )
 
 #: Options that bricks cannot be drawn with, each by itself.
-_REFUSED = ("crop_voxels", "gradient_filter", "layers", "blend", "iso", "with_iso", "shadows", "occlusion", "mask", "also", "labels", "channel", "order", "max_time", "max_memory", "preset", "colormap", "window")
+_REFUSED = ("crop_voxels", "gradient_filter", "layers", "blend", "iso", "with_iso", "with_slice", "shadows", "occlusion", "mask", "also", "labels", "channel", "order", "max_time", "max_memory", "preset", "colormap", "window")
 
 
 class _View(NamedTuple):
