@@ -8,7 +8,7 @@ use clap::Args;
 use resample_core::simd::SimdLevel;
 use volsplat::{ClipPlane, GaussianLayer, GaussianModel, GaussianOptions, Gaussians, PixelSamples};
 
-use super::{AskArgs, CameraArgs, Given, PictureArgs, ReadingArgs, SequenceArgs};
+use super::{AskArgs, CameraArgs, FigureArgs, Given, PictureArgs, ReadingArgs, SequenceArgs};
 use crate::values;
 use crate::values::input_file;
 use crate::values::input_file::{InputFile, Source};
@@ -46,6 +46,9 @@ pub struct GaussiansArgs {
     /// How they are drawn.
     #[command(flatten)]
     pub render: Given<GaussianRenderArgs>,
+    /// The parts of a figure.
+    #[command(flatten)]
+    pub figure: FigureArgs,
     /// An error or a time that is asked for.
     #[command(flatten)]
     pub ask: AskArgs,

@@ -33,9 +33,8 @@ mod warp3d;
 pub use crate::args::given::listed;
 pub use crate::args::sequence::{AskArgs, PartArgs};
 pub use crate::args::tools::{
-    BenchArgs, BenchPaperArgs, BenchSceneArgs, BenchTable, CompareArgs, CompletionsArgs, DemoArgs,
-    InfoArgs, JoinArgs, ManArgs, SceneArg, ServeArgs, ThumbnailsArgs, TradeArgs, TradeOptions,
-    ViewArgs,
+    BenchArgs, BenchSceneArgs, BenchTable, CompareArgs, CompletionsArgs, DemoArgs, InfoArgs,
+    JoinArgs, ManArgs, SceneArg, ServeArgs, ThumbnailsArgs, TradeArgs, TradeOptions, ViewArgs,
 };
 pub use drawing::Drawing;
 pub use figure::{AxesKind, FigureArgs};

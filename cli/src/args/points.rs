@@ -11,7 +11,7 @@ use resample_cloud::{Blend, CloudLayer, CloudOptions, Floating, Shade};
 use volsplat::ClipPlane;
 use volsplat::transfer::ColourMap;
 
-use super::{AskArgs, CameraArgs, Given, PictureArgs, ReadingArgs, SequenceArgs};
+use super::{AskArgs, CameraArgs, FigureArgs, Given, PictureArgs, ReadingArgs, SequenceArgs};
 use crate::values::input_file;
 use crate::values::input_file::{InputFile, Source};
 use crate::values::{self, Axis};
@@ -51,6 +51,9 @@ pub struct PointsArgs {
     /// How they are drawn.
     #[command(flatten)]
     pub render: Given<PointsRenderArgs>,
+    /// The parts of a figure.
+    #[command(flatten)]
+    pub figure: FigureArgs,
     /// An error or a time that is asked for.
     #[command(flatten)]
     pub ask: AskArgs,

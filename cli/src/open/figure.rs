@@ -7,6 +7,7 @@ use resample_core::{Camera, Projection};
 use resample_io::figure::{Axes, ColourBar, Figure, Ground, ScaleBar, number};
 
 use crate::args::{AxesKind, FigureArgs};
+use crate::cameras::framing;
 use texmap::background::Background;
 
 /// The facts of a scene that a figure shows.
@@ -19,6 +20,18 @@ pub(crate) struct FigureFacts {
     pub(crate) names: [String; 3],
     /// Values and their colours, where the scene has one function for them.
     pub(crate) colours: Option<([f64; 2], Vec<[f32; 3]>)>,
+}
+
+impl FigureFacts {
+    /// Those of a scene without names for its axes and without a scale of colours.
+    pub(crate) fn of_box(bounds: [DVec3; 2], unit: Option<String>) -> Self {
+        Self {
+            bounds,
+            unit,
+            names: ["x", "y", "z"].map(str::to_owned),
+            colours: None,
+        }
+    }
 }
 
 /// Luminance on a display, 0 to 1, from which on letters are black. The middle.
@@ -39,7 +52,7 @@ pub(crate) fn figure(
     let facts = facts();
     if args.colour_bar.is_some() && facts.colours.is_none() {
         bail!(
-            "--colour-bar: only a volume with one transfer function has a scale of colours, not labels, several channels or a mesh: leave it out"
+            "--colour-bar: only a volume with one transfer function has a scale of colours, or points by height or intensity, not labels, several channels or a mesh: leave it out"
         );
     }
     let [low, high] = facts.bounds;
@@ -66,6 +79,19 @@ pub(crate) fn figure(
         caption: args.caption.clone(),
         ground: ground(background),
     }))
+}
+
+/// The corners of a box with room for the numbers and names of its axes, and none where no such box is drawn: a picture has to show them.
+pub(crate) fn corners_of_axes(args: &FigureArgs, [low, high]: [DVec3; 2]) -> Vec<DVec3> {
+    if args.axes != Some(AxesKind::Box) {
+        return Vec::new();
+    }
+    // Parts of the box, guesses that were looked at. A bar of colours stands at the right.
+    let room = match args.colour_bar {
+        None => 0.07,
+        Some(_) => 0.16,
+    } * (high - low).max_element();
+    framing::volume::corners([low - room, high + room]).to_vec()
 }
 
 fn ground(background: &Background) -> Ground {

@@ -194,7 +194,9 @@ pub(crate) fn options(drawing: &Drawing) -> Result<Value> {
     let figure = match drawing {
         Drawing::Volsplat(args) => Some(&args.figure),
         Drawing::Texmap(args) => Some(&args.figure),
-        Drawing::Gaussians(_) | Drawing::Warp3d(_) | Drawing::Points(_) => None,
+        Drawing::Gaussians(args) => Some(&args.figure),
+        Drawing::Points(args) => Some(&args.figure),
+        Drawing::Warp3d(_) => None,
     };
     if let Some(figure) = figure {
         options["figure"] = json!({

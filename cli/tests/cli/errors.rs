@@ -61,7 +61,7 @@ const FILES: [(&str, &str); 21] = [
 ];
 
 /// Words, the file that is named, and what is said of it: the place, or the way out.
-const WALK: [(&str, &str, &[&str]); 33] = [
+const WALK: [(&str, &str, &[&str]); 32] = [
     ("volsplat absent.nrrd", "absent.nrrd", &["No such file"]),
     (
         "volsplat cut.nrrd",
@@ -190,7 +190,6 @@ const WALK: [(&str, &str, &[&str]); 33] = [
     ),
     ("info text.txt", "text.txt", &["no known header"]),
     ("view text.txt --no-open", "text.txt", &["no known header"]),
-    ("bench paper --data absent", "absent", &["No such file"]),
 ];
 
 #[test]

@@ -56,6 +56,38 @@ fn tiles_and_animations_have_the_figure_of_the_whole() {
 }
 
 #[test]
+fn scans_and_gaussians_have_figures_too() {
+    let bench = super::points::bench();
+    bench.write("a.bin", &super::gaussians::ply(0));
+    let parts = "--scale-bar --axes=box --caption drawn";
+    let of_points = format!("hill.ply --color-by height --colour-bar=Height {parts}");
+    for (command, words) in [
+        ("points", &of_points),
+        ("volsplat", &format!("a.bin {parts}")),
+    ] {
+        let base = format!("{command} {words} --size 240x180 --background white");
+        assert_good(&bench.run(&format!("{base} -o out/whole.png")));
+        for tile in ["0,0/1x2", "0,1/1x2"] {
+            assert_good(&bench.run(&format!("{base} -o out/a.png --tile {tile}")));
+        }
+        assert_good(&bench.run("join out/a.tile-0-0.exr out/a.tile-0-1.exr -o out/joined.png"));
+        let (_, _, whole) = read_png(&bench.path("out/whole.png"));
+        assert!(
+            read_png(&bench.path("out/joined.png")).2 == whole,
+            "{command}"
+        );
+        // Lines and letters are grey where they are thinner than a pixel.
+        let is_grey = |pixel: &[u8]| {
+            let (least, most) = (pixel[..3].iter().min(), pixel[..3].iter().max());
+            most.zip(least)
+                .is_some_and(|(most, least)| most - least < 8 && *most < 200)
+        };
+        let letters = whole.chunks(4).filter(|pixel| is_grey(pixel)).count();
+        assert!(letters > 300, "{command}: {letters} grey pixels");
+    }
+}
+
+#[test]
 fn what_no_figure_has_is_refused() {
     let bench = Bench::new();
     let to = format!("ball.raw {BALL} -o out/a.png --size 64x64");
@@ -67,6 +99,12 @@ fn what_no_figure_has_is_refused() {
     ] {
         assert_refused(&bench, &format!("volsplat {to} {words}"), named);
     }
+    let points = super::points::bench();
+    assert_refused(
+        &points,
+        "points hill.ply --color-by colour --colour-bar -o out/a.png",
+        "points by height or intensity",
+    );
     assert_refused(
         &bench,
         &format!("volsplat ball.raw {BALL} -o out/a.gif --bits 16 --turntable 2"),

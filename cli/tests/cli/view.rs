@@ -172,6 +172,7 @@ fn a_resting_scan_is_the_command_lines_picture() {
         json!({ "color-by": ["height"], "colormap": ["magma"], "shade": ["lambert"] }),
         json!({ "color-by": ["class"], "crop": ["0,0,-1,40,40,9"] }),
         json!({ "blend": ["mean"], "clip-plane": ["1,0,0,20"] }),
+        json!({ "color-by": ["height"], "colour-bar": ["on"], "axes": ["box"], "scale-bar": ["on"], "caption": ["Hill"] }),
     ] {
         assert_same(&bench, "hill.ply --up z", json!({ "changes": changes }));
     }

@@ -8,5 +8,6 @@ pub mod shadow_truth;
 pub mod shells;
 pub mod lod_scenes;
 pub mod peer_scenes;
+pub mod papers_table;
 pub mod popping;
 pub mod against_sheets;

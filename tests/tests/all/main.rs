@@ -25,6 +25,7 @@ mod numbers;
 mod occlusion;
 mod over_reference;
 mod packed_samples;
+mod papers_table;
 mod popping;
 mod prose;
 mod scene;

@@ -26,10 +26,6 @@ pub struct BenchArgs {
 /// The tables that can be repeated.
 #[derive(Clone, Debug, Subcommand)]
 pub enum BenchTable {
-    /// Figure 9 of the hybrid forward resampling paper: all splats, mixed and all points, beside the paper's own row
-    ///
-    /// Example: resample bench paper --data volumes/raw
-    Paper(BenchPaperArgs),
     /// Footprint modes and kernels of the every-sample order, near and wide: error and cost
     Footprint(BenchSceneArgs),
     /// Orders of compositing: error, cost, and how much a picture jumps while the view turns
@@ -49,22 +45,6 @@ pub struct BenchSceneArgs {
     /// Picture size in pixels
     #[arg(long, value_name = "WxH", value_parser = values::size, default_value = "320x240")]
     pub size: Size,
-}
-
-/// Options of `resample bench paper`.
-#[derive(Args, Clone, Debug)]
-pub struct BenchPaperArgs {
-    /// Folder that holds the volumes of the paper: files such as engine_256x256x128_uint8.raw
-    ///
-    /// Missing volumes are left out with a note; the Checker Box is a formula and always there.
-    #[arg(long, value_name = "FOLDER")]
-    pub data: Option<PathBuf>,
-    /// Frames of each kind; the median of their CPU times counts
-    #[arg(long, value_name = "N", default_value = "5", value_parser = clap::value_parser!(u16).range(1..=1000))]
-    pub reps: u16,
-    /// Also write the picture of each kind to this folder
-    #[arg(long, value_name = "FOLDER")]
-    pub pictures: Option<PathBuf>,
 }
 
 /// Options of `resample compare`.

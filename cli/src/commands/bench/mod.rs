@@ -3,7 +3,6 @@
 //! Every table is Markdown on stdout, headed by what a reader needs to compare it: version, date, machine, threads
 //! and settings. Times are medians over interleaved repetitions of one run, so that a disturbance hits every row.
 
-mod paper;
 mod scenes;
 mod settings;
 
@@ -16,7 +15,6 @@ use crate::process::report::Verbosity;
 /// Measures and prints one table.
 pub(crate) fn run(args: &BenchArgs, verbosity: Verbosity) -> Result<()> {
     let table = match &args.table {
-        BenchTable::Paper(args) => paper::table(args, verbosity)?,
         BenchTable::Footprint(args) => scenes::footprint(args, verbosity)?,
         BenchTable::Orders(args) => scenes::orders(args, verbosity)?,
         BenchTable::Texture(args) => scenes::texture(args, verbosity)?,

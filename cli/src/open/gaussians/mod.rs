@@ -11,6 +11,7 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use glam::DVec3;
 use resample_core::{Camera, Stop};
+use resample_io::figure::Figure;
 use serde_json::Value;
 use volsplat::gaussians::Outline;
 use volsplat::{
@@ -22,6 +23,8 @@ use crate::args::{Drawing, GaussianRenderArgs, GaussiansArgs, Given};
 use crate::cameras::camera_path::KeyKind;
 use crate::cameras::framing::{Extent, Stance, seen_points};
 use crate::cameras::viewpoint;
+use crate::open::figure;
+use crate::open::figure::FigureFacts;
 use crate::open::gaussians::options::{clip, render_options};
 use crate::open::gaussians::record::{account, record, scene_record};
 use crate::open::open_scene::{OpenScene, Parts, Probed};
@@ -103,6 +106,12 @@ impl OpenScene for OpenGaussians {
         &self.plan.finish.background
     }
 
+    fn figure(&self) -> Result<Option<Figure>> {
+        figure::figure(&self.args.figure, self.background(), || {
+            FigureFacts::of_box(self.outline.bounds, None)
+        })
+    }
+
     fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
         Some(self.outline.bounds)
     }
@@ -161,6 +170,7 @@ impl OpenScene for OpenGaussians {
 
     fn finish(self: Box<Self>, planned: Option<Value>, log: RunLog) -> Result<()> {
         let options = self.options()?;
+        let figure = self.figure()?;
         let request = request(&self.args);
         let stats = RunStats {
             planned,
@@ -178,9 +188,11 @@ impl OpenScene for OpenGaussians {
         if log.verbosity == Verbosity::Verbose {
             report::say(&format!("load {:.1} ms", self.load_ms));
         }
+        let mut plan = self.plan;
+        plan.finish.figure = figure;
         let mut renderer = self.renderer;
         let run = Run { stats, log };
-        self.plan.draw(&request, &self.cameras, run, &mut |shot| {
+        plan.draw(&request, &self.cameras, run, &mut |shot| {
             drawn(&mut renderer, shot.camera, &shot.window)
         })
     }
@@ -256,7 +268,8 @@ fn cameras(
     outline: &Outline,
     format: Option<GaussianFormat>,
 ) -> Result<Vec<Camera>> {
-    let points = || outline.points.iter().copied();
+    let of_axes = figure::corners_of_axes(&args.figure, outline.bounds);
+    let points = || outline.points.iter().chain(&of_axes).copied();
     let extent = Extent::of_points(outline.bounds, points());
     let mut measure = |camera: &Camera| Ok(seen_points(camera, points()));
     plan.cameras(

@@ -120,11 +120,9 @@ impl OpenScene for OpenMesh {
         let is_gltf = input.is_some_and(|ending| {
             ending.eq_ignore_ascii_case("glb") || ending.eq_ignore_ascii_case("gltf")
         });
-        figure::figure(&self.args.figure, self.background(), || FigureFacts {
-            bounds: self.renderer.bounds_in_world().unwrap_or_default(),
-            unit: is_gltf.then(|| "m".to_owned()),
-            names: ["x", "y", "z"].map(str::to_owned),
-            colours: None,
+        figure::figure(&self.args.figure, self.background(), || {
+            let bounds = self.renderer.bounds_in_world().unwrap_or_default();
+            FigureFacts::of_box(bounds, is_gltf.then(|| "m".to_owned()))
         })
     }
 
@@ -287,8 +285,10 @@ fn cameras(
     let bounds = renderer.bounds_in_world().unwrap_or_default();
     match &args.model.camera_name {
         None => {
-            let extent = Extent::of_points(bounds, corners(scene));
-            let mut measure = |camera: &Camera| Ok(seen_points(camera, corners(scene)));
+            let of_axes = figure::corners_of_axes(&args.figure, bounds);
+            let points = || corners(scene).chain(of_axes.iter().copied());
+            let extent = Extent::of_points(bounds, points());
+            let mut measure = |camera: &Camera| Ok(seen_points(camera, points()));
             plan.cameras(&request(args), (&extent, stance(args)), &mut measure)
         }
         Some(name) => {

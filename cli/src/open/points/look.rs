@@ -25,11 +25,18 @@ pub(super) struct Found {
     pub(super) by: ColourBy,
     /// The values at the ends of the colour map.
     pub(super) range: Option<[f64; 2]>,
+    /// The colours from the least value to the greatest.
+    colours: Vec<[f32; 3]>,
     /// For the person who looks at the picture.
     pub(super) note: Option<String>,
 }
 
 impl Found {
+    /// The values and their colours, where there is a scale of them.
+    pub(super) fn scale(&self) -> Option<([f64; 2], Vec<[f32; 3]>)> {
+        Some((self.range?, self.colours.clone()))
+    }
+
     /// The light that fits: colours of a file and strengths of returns hold light already.
     pub(super) fn shade(&self) -> Shade {
         match self.by {
@@ -50,6 +57,7 @@ pub(super) fn colour(
     let mut found = Found {
         by,
         range: None,
+        colours: Vec::new(),
         note: None,
     };
     if !matches!(by, ColourBy::Height | ColourBy::Intensity) {
@@ -138,9 +146,9 @@ fn spread(
         Some(range) => range.map(|end| single(end - start)),
         None => usual(renderer.prepared(), value),
     };
-    let colours: Vec<[u8; 3]> = (0..STEPS)
-        .map(|step| classes::srgb8(map.colour(f64::from(step) / f64::from(STEPS - 1))))
-        .collect();
+    let colour = |step: u16| map.colour(f64::from(step) / f64::from(STEPS - 1));
+    found.colours = (0..STEPS).map(colour).collect();
+    let colours: Vec<[u8; 3]> = found.colours.iter().copied().map(classes::srgb8).collect();
     let size = if high > low { high - low } else { 1.0 };
     renderer.recolour(|disc, point| {
         let place = (value(disc, point) - low) / size;

@@ -11,14 +11,18 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use glam::DVec3;
+use resample_cloud::input::CloudFormat;
 use resample_cloud::{CloudFrame, CloudOptions, CloudOutline, CloudRenderer, LeftOut};
 use resample_core::Camera;
 use resample_core::simd::SimdLevel;
+use resample_io::figure::Figure;
 use serde_json::{Value, json};
 
 use crate::args::{Drawing, Given, PointsArgs, PointsRenderArgs};
 use crate::cameras::camera_path::KeyKind;
 use crate::cameras::framing::{Extent, Stance, seen_points};
+use crate::open::figure;
+use crate::open::figure::FigureFacts;
 use crate::open::open_scene::{OpenScene, Parts};
 use crate::open::points::look::Found;
 use crate::open::points::scan::{Positions, Scan};
@@ -121,7 +125,8 @@ impl OpenPoints {
     }
 
     fn cameras_of_args(&self) -> Result<Vec<Camera>> {
-        let points = || self.outline.points.iter().copied();
+        let of_axes = figure::corners_of_axes(&self.args.figure, self.outline.bounds);
+        let points = || self.outline.points.iter().chain(&of_axes).copied();
         let extent = Extent::of_points(self.outline.bounds, points());
         let mut measure = |camera: &Camera| Ok(seen_points(camera, points()));
         let stance = stance(&self.args, &self.scan);
@@ -168,6 +173,15 @@ impl OpenScene for OpenPoints {
 
     fn background(&self) -> &Background {
         &self.plan.finish.background
+    }
+
+    fn figure(&self) -> Result<Option<Figure>> {
+        // ASTM E2807 has metres; other files say nothing.
+        let is_in_metres = self.scan.format == Some(CloudFormat::E57);
+        figure::figure(&self.args.figure, self.background(), || FigureFacts {
+            colours: self.found.scale(),
+            ..FigureFacts::of_box(self.outline.bounds, is_in_metres.then(|| "m".to_owned()))
+        })
     }
 
     fn bounds_in_world(&self) -> Option<[DVec3; 2]> {
@@ -227,13 +241,15 @@ impl OpenScene for OpenPoints {
                 self.load_ms, self.prepare_ms
             ));
         }
+        let figure = self.figure()?;
         let Self {
             args,
-            plan,
+            mut plan,
             mut renderer,
             cameras,
             ..
         } = *self;
+        plan.finish.figure = figure;
         plan.draw(&request(&args), &cameras, Run { stats, log }, &mut |shot| {
             drawn(&mut renderer, shot.camera, &shot.window)
         })

@@ -27,7 +27,7 @@ use volsplat::{
     Described, FrameStats, LabelLook, Order, RenderOptions, Renderer, Reuse, TransferFunction,
 };
 
-use crate::args::{AxesKind, Given, RenderArgs, VolsplatArgs};
+use crate::args::{Given, RenderArgs, VolsplatArgs};
 use crate::cameras::camera_path::KeyKind;
 use crate::cameras::framing;
 use crate::cameras::framing::volume::{Small, corners};
@@ -36,6 +36,7 @@ use crate::look;
 use crate::look::file_channel::ShownChannel;
 use crate::look::transfer;
 use crate::look::transfer::Suggested;
+use crate::open::figure;
 use crate::open::figure::FigureFacts;
 use crate::open::volume::data::{Content, Keeping};
 use crate::open::volume::key_motion::VolumeMotion;
@@ -448,15 +449,11 @@ fn cameras(open: &mut OpenVolume) -> Result<Vec<Camera>> {
         framing::volume::stance(content.first(), args.camera.up.map(|axis| axis.direction));
     let extent = Extent::of_box(bounds);
     let request = request(args, steps.as_ref());
-    let has_box = args.figure.axes == Some(AxesKind::Box);
-    if steps.is_some() || has_box {
+    let mut of_box = figure::corners_of_axes(&args.figure, bounds);
+    if steps.is_some() || !of_box.is_empty() {
         // A small picture shows one step and no axes, the box of the visible voxels holds all.
-        let corners = corners(if has_box {
-            with_numbers(bounds)
-        } else {
-            bounds
-        });
-        let mut measure = |camera: &Camera| Ok(seen_points(camera, corners.iter().copied()));
+        of_box.extend(corners(bounds));
+        let mut measure = |camera: &Camera| Ok(seen_points(camera, of_box.iter().copied()));
         return plan.cameras(&request, (&extent, stance), &mut measure);
     }
     fitted(renderer, &content.look.options, bounds, &mut |measure| {
@@ -466,13 +463,6 @@ fn cameras(open: &mut OpenVolume) -> Result<Vec<Camera>> {
         };
         plan.cameras(&request, (&extent, stance), &mut measure)
     })
-}
-
-/// The box with room for the numbers and names of its axes, a guess that was looked at.
-fn with_numbers([low, high]: [DVec3; 2]) -> [DVec3; 2] {
-    const ROOM: f64 = 0.07;
-    let room = ROOM * (high - low).max_element();
-    [low - room, high + room]
 }
 
 /// Makes the cameras, and fits them to the visible part. Small pictures find that part where they are quick. Elsewhere the box of the

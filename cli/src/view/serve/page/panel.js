@@ -373,7 +373,8 @@ function figureRows() {
     else state.changes[name] = value === null ? [] : [value];
     changed({ panel: true });
   };
-  const parts = state.scene.volume?.function ? ["scale-bar", "colour-bar"] : ["scale-bar"];
+  const isByValue = ["height", "intensity"].includes(option("color-by") ?? state.scene.options.colored);
+  const parts = state.scene.volume?.function || isByValue ? ["scale-bar", "colour-bar"] : ["scale-bar"];
   const rows = parts.map((name) => row(name.replace("-", " "), make("input", { type: "checkbox", checked: isDrawn(name),
     onchange: (event) => set(name, event.target.checked ? "on" : "off", figure[name] ? "on" : "off") })));
   const kind = make("select", { onchange: () => set("axes", kind.value, figure.axes ?? "off") },
