@@ -123,6 +123,22 @@ fn distances_and_angles_are_measured() {
     );
     browser.press("\u{d7}");
     assert_eq!(browser.value("state.measures.length"), 0);
+    // By keys alone: the cross goes from the middle to the right.
+    browser.press("distance");
+    browser.key("Enter", 0);
+    browser.wait("wanted.picked.length === 1");
+    for _ in 0..8 {
+        browser.key("ArrowRight", 0);
+    }
+    browser.key("Enter", 0);
+    browser.wait("state.measures.length === 1");
+    let told = browser.value("state.measures[0].map(onScreen)");
+    let at = |point: usize, axis: usize| told[point][axis].as_f64().expect("a number");
+    let way = [at(1, 0) - at(0, 0), at(1, 1) - at(0, 1)];
+    assert!(
+        (way[0] - 32.0).abs() < 2.0 && way[1].abs() < 2.0,
+        "{way:?} px"
+    );
 }
 
 #[test]

@@ -317,12 +317,17 @@ function probeArrived(purpose, found) {
 // Pixels that a stroke of an arrow key turns or pans by.
 const STROKE_PX = 20;
 
-// Arrows turn and, with shift, pan; plus and minus zoom.
+// Arrows turn and, with shift, pan; plus and minus zoom. While a measure is taken, arrows move its cross.
 function strokes(event) {
   const arrow = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
   const box = canvas.getBoundingClientRect();
   const zoomed = { "+": 0.9, "=": 0.9, "-": 1 / 0.9 }[event.key];
   if (!arrow && !zoomed) return false;
+  if (arrow && wanted.points && !event.shiftKey) {
+    event.preventDefault();
+    moveCross(arrow);
+    return false;
+  }
   rememberSteps();
   if (zoomed) zoom(zoomed);
   else if (event.shiftKey) pan(...mul(arrow, STROKE_PX), box.height);
@@ -343,6 +348,10 @@ window.addEventListener("keydown", (event) => {
     return isRedo ? redo() : undo();
   }
   if (types || chooses || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.key === "Enter" && event.target === canvas && (wanted.points || state.slices)) {
+    event.preventDefault();
+    return clickCross();
+  }
   const axis = { 1: [0, 1], 2: [0, -1], 3: [1, 1], 4: [1, -1], 5: [2, 1], 6: [2, -1] }[event.key];
   if (axis || event.key === "r") remember();
   if (axis) lookAlong(...axis);

@@ -21,9 +21,34 @@ const wanted = { points: 0, picked: [] };
 
 function measure(points) {
   Object.assign(wanted, { points: wanted.points === points ? 0 : points, picked: [] });
-  if (wanted.points) note(`click ${wanted.points} points on the picture`);
+  if (wanted.points) note(`click ${wanted.points} points on the picture, or move the cross by arrows and press Enter`);
+  crossPlace = null;
   buildPanel();
+  canvas.focus();
   drawMarks();
+}
+
+// Where Enter clicks, px from the corner of the picture: arrows move it while a measure is taken. Null is the middle.
+let crossPlace = null;
+// Way of the cross at each stroke of an arrow, px.
+const CROSS_PX = 4;
+
+function crossAt() {
+  const box = canvas.getBoundingClientRect();
+  return crossPlace ?? [box.width / 2, box.height / 2];
+}
+
+function moveCross(arrow) {
+  const box = canvas.getBoundingClientRect();
+  const [x, y] = add(crossAt(), mul(arrow, CROSS_PX));
+  crossPlace = [Math.min(box.width - 1, Math.max(0, x)), Math.min(box.height - 1, Math.max(0, y))];
+  drawMarks();
+}
+
+function clickCross() {
+  const box = canvas.getBoundingClientRect();
+  const [x, y] = crossAt();
+  clicked({ clientX: box.left + x, clientY: box.top + y });
 }
 
 function picked(found) {
@@ -57,6 +82,19 @@ function measureRows() {
 }
 
 function drawMeasures(context) {
+  if (wanted.points && document.activeElement === canvas) {
+    const [x, y] = crossAt();
+    for (const [colour, width] of [["#000a", 3], ["#fff", 1]]) {
+      context.strokeStyle = colour;
+      context.lineWidth = width;
+      context.beginPath();
+      for (const [dx, dy] of [[9, 0], [0, 9]]) {
+        context.moveTo(x - dx, y - dy);
+        context.lineTo(x + dx, y + dy);
+      }
+      context.stroke();
+    }
+  }
   const pending = wanted.picked.length ? [wanted.picked] : [];
   for (const points of [...state.measures, ...pending]) {
     const places = points.map(onScreen);
