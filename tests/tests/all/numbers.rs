@@ -4,6 +4,7 @@ mod found;
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use proptest::prelude::*;
+use proptest::test_runner::FileFailurePersistence;
 use resample_core::{Camera, Image, LookAt, SelectMode};
 use resample_tests::choices::{classified_orders, with_field, with_samples};
 use resample_tests::meshes::textured::{photo, quad_scene};
@@ -16,11 +17,13 @@ use volsplat::{
 };
 use warp3d::{Fill, Reference, WarpOptions, Warper};
 
-/// What is found becomes a test with a name, not a file of seeds.
+/// The seeds of failures, which the next run tries first; a failure prints its own, too. It becomes a test with a name, and the file is removed.
+const SEEDS: &str = "tests/all/numbers/seeds.txt";
+
 fn cases(cases: u32) -> ProptestConfig {
     ProptestConfig {
         cases,
-        failure_persistence: None,
+        failure_persistence: Some(Box::new(FileFailurePersistence::Direct(SEEDS))),
         ..ProptestConfig::default()
     }
 }
