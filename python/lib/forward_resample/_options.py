@@ -57,6 +57,14 @@ class FramedOptions(SharedOptions, total=False):
     turntable: Value
     #: Pictures per second of an animation or of --path [default: 25]
     fps: Value
+    #: Draw a bar of a round length, or of LENGTH world units
+    scale_bar: Union[bool, Value]
+    #: Draw the colours of the values, under TITLE
+    colour_bar: Union[bool, Value]
+    #: Draw the axes of the world: their directions in a corner, or a box around the scene with numbers
+    axes: Union[bool, Literal["directions", "box"]]
+    #: Write a line of text at the top
+    caption: Value
 
 
 class VolumeOptions(FramedOptions, total=False):
@@ -166,14 +174,6 @@ class VolumeOptions(FramedOptions, total=False):
     classify: Literal["pre", "post"]
     #: Post-classified: whether the kernels' sum blurs or passes through the voxels
     interpolate: Union[bool, Literal["off", "on"]]
-    #: Draw a bar of a round length, or of LENGTH world units
-    scale_bar: Union[bool, Value]
-    #: Draw the colours of the values, under TITLE
-    colour_bar: Union[bool, Value]
-    #: Draw the axes of the world: their directions in a corner, or a box around the scene with numbers
-    axes: Union[bool, Literal["directions", "box"]]
-    #: Write a line of text at the top
-    caption: Value
 
 
 class VolumeCall(VolumeOptions, total=False):
@@ -271,14 +271,6 @@ class MeshOptions(FramedOptions, total=False):
     layers: Any
     #: SIMD level. Levels differ by rounding only; one level gives the same bytes on every machine
     vector_level: Literal["auto", "avx2", "baseline"]
-    #: Draw a bar of a round length, or of LENGTH world units
-    scale_bar: Union[bool, Value]
-    #: Draw the colours of the values, under TITLE
-    colour_bar: Union[bool, Value]
-    #: Draw the axes of the world: their directions in a corner, or a box around the scene with numbers
-    axes: Union[bool, Literal["directions", "box"]]
-    #: Write a line of text at the top
-    caption: Value
 
 
 class MeshCall(MeshOptions, total=False):
