@@ -51,7 +51,10 @@ fn value(volume: &Volume, pos_in_world: DVec3) -> Option<f64> {
 
 /// The slice as a scene: values from 0 to 1 as linear light.
 fn slice(volume: &Volume, (normal, offset): (DVec3, f64)) -> Scene {
-    let PlaneGrid { grid, corners } = volume.lattice().on_plane(normal, offset).expect("inside");
+    let PlaneGrid { grid, corners } = volume
+        .lattice()
+        .on_plane((normal, offset), 1)
+        .expect("inside");
     let plane = PlaneGrid { grid, corners };
     let cut = volume
         .on_grid(&plane.grid, Between::Linear, 0.0)

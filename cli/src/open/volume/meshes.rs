@@ -19,6 +19,10 @@ use crate::open::volume::slices::Cut;
 use crate::process::report;
 use crate::values::mesh_word::{IsoWord, MeshWord, SlicePlace, SliceWord};
 
+/// Pixels of a slice along a voxel's side. The picture's light is interpolated, and grey does not grow evenly with it: pixels between voxels have it follow
+/// the interpolated values. A wave that shortens to four voxels, shown three times its size, has 25.6 dB with one, 36.9 with two, 43.8 with three.
+const PIXELS_OF_VOXEL: u32 = 2;
+
 /// The meshes of a picture, in the order in which they were typed.
 pub(crate) struct Meshes {
     all: Vec<StandingMesh>,
@@ -226,7 +230,7 @@ impl StandingMesh {
     fn slice(word: &SliceWord, content: &Content) -> Result<Self> {
         let volume = content.first();
         let lattice = volume.lattice();
-        let (normal, offset) = match word.place {
+        let plane = match word.place {
             SlicePlace::Plane(plane) => (plane.normal, plane.offset),
             SlicePlace::Voxels(axis, index) if index < lattice.dims[axis] => {
                 lattice.plane_of(axis, index)
@@ -237,7 +241,7 @@ impl StandingMesh {
                 lattice.dims[axis]
             ),
         };
-        let plane = lattice.on_plane(normal, offset);
+        let plane = lattice.on_plane(plane, PIXELS_OF_VOXEL);
         let plane = plane.context("the plane lies beside the volume")?;
         let window = word
             .window

@@ -8,11 +8,10 @@ use super::{Lattice, Volume};
 /// Most pixels along a side of a grid on a plane.
 const MOST_PX: f64 = 4096.0;
 
-/// The part of a plane that lies between the voxels of a volume, and a grid of one layer on it, whose pixels are as large as the least distance of
-/// voxels.
+/// The part of a plane that lies between the voxels of a volume, and a grid of one layer on it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneGrid {
-    /// The grid; on a plane of voxels its pixels lie at the voxels, where those are cubes.
+    /// The grid; on a plane of voxels its pixels lie at the voxels and between them, where those are cubes.
     pub grid: Lattice,
     /// The corners of the polygon in which the plane cuts the box of the voxels' centres, in the world, one after another around it.
     pub corners: Vec<DVec3>,
@@ -68,8 +67,9 @@ impl Lattice {
         )
     }
 
-    /// The grid on the plane of all points whose dot product with `normal` is `offset`; `None` where that lies beside all voxels.
-    pub fn on_plane(&self, normal: DVec3, offset: f64) -> Option<PlaneGrid> {
+    /// The grid on the plane of all points whose dot product with `normal` is `offset`, with `per_voxel` pixels, above 0, in the least distance of voxels;
+    /// `None` where the plane lies beside all voxels.
+    pub fn on_plane(&self, (normal, offset): (DVec3, f64), per_voxel: u32) -> Option<PlaneGrid> {
         let (offset, normal) = (offset / normal.length(), normal.try_normalize()?);
         // Along the axis of the grid that lies best in the plane.
         let in_plane = |axis: DVec3| axis.reject_from_normalized(normal);
@@ -92,7 +92,7 @@ impl Lattice {
         let low = places().reduce(DVec2::min)?;
         let size = places().reduce(DVec2::max)? - low;
         let step = self.spacing().into_iter().fold(f64::INFINITY, f64::min);
-        let step = step.max(size.max_element() / (MOST_PX - 2.0));
+        let step = (step / f64::from(per_voxel)).max(size.max_element() / (MOST_PX - 2.0));
         // A pixel more than intervals; one that the rounding of a whole number would lose does not matter.
         let pixels = |length: f64| count(whole((length / step - 1e-6).ceil())) + 1;
         let origin = offset * normal + low.x * across + low.y * down;
@@ -214,7 +214,7 @@ mod tests {
             for index in 0..volume.dims[axis] {
                 let (normal, offset) = lattice.plane_of(axis, index);
                 let PlaneGrid { grid, corners } = lattice
-                    .on_plane(7.0 * normal, 7.0 * offset)
+                    .on_plane((7.0 * normal, 7.0 * offset), 1)
                     .expect("inside");
                 assert_eq!(corners.len(), 4, "axis {axis}, index {index}");
                 let cut = volume
@@ -238,7 +238,7 @@ mod tests {
         let lattice = volume.lattice();
         let normal = DVec3::new(1.0, 2.0, 1.5);
         let offset = normal.dot(DVec3::new(0.5, 1.0, 1.5));
-        let plane = lattice.on_plane(normal, offset).expect("inside");
+        let plane = lattice.on_plane((normal, offset), 1).expect("inside");
         assert!((3..=6).contains(&plane.corners.len()));
         for &corner in &plane.corners {
             assert!((normal.dot(corner) - offset).abs() < 1e-9);
@@ -264,7 +264,7 @@ mod tests {
             }
         }
         assert!(inside >= 3 && height > 1, "{inside} pixels inside");
-        assert_eq!(lattice.on_plane(normal, offset + 100.0), None);
-        assert_eq!(lattice.on_plane(DVec3::ZERO, 0.0), None);
+        assert_eq!(lattice.on_plane((normal, offset + 100.0), 1), None);
+        assert_eq!(lattice.on_plane((DVec3::ZERO, 0.0), 1), None);
     }
 }
