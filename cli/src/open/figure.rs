@@ -23,7 +23,7 @@ pub(crate) struct FigureFacts {
 }
 
 impl FigureFacts {
-    /// Those of a scene without names for its axes and without a scale of colours.
+    /// The facts of a scene whose axes are x, y and z, without a scale of colours.
     pub(crate) fn of_box(bounds: [DVec3; 2], unit: Option<String>) -> Self {
         Self {
             bounds,
@@ -81,12 +81,12 @@ pub(crate) fn figure(
     }))
 }
 
-/// The corners of a box with room for the numbers and names of its axes, and none where no such box is drawn: a picture has to show them.
+/// The corners of the box of `--axes=box`, with room for its numbers and names; empty without that option. The framing has to show them.
 pub(crate) fn corners_of_axes(args: &FigureArgs, [low, high]: [DVec3; 2]) -> Vec<DVec3> {
     if args.axes != Some(AxesKind::Box) {
         return Vec::new();
     }
-    // Parts of the box, guesses that were looked at. A bar of colours stands at the right.
+    // Parts of the box's longest side, guesses that were looked at. The colour bar takes room at the right.
     let room = match args.colour_bar {
         None => 0.07,
         Some(_) => 0.16,

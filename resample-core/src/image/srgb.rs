@@ -34,7 +34,7 @@ pub fn linear_from_srgb(encoded: f32) -> f32 {
 
 /// The code of 8 bits of [`srgb_from_linear`], rounded to the nearest.
 ///
-/// It comes from a table: 13 binary orders of magnitude of 128 steps each, which is fine enough that no step holds two codes' borders.
+/// It comes from a table: 13 binary orders of magnitude of 128 steps each, so fine that at most one code begins within a step.
 ///
 /// ```
 /// use resample_core::image::srgb8_from_linear;
@@ -47,7 +47,7 @@ pub fn srgb8_from_linear(linear: f32) -> u8 {
     CODES.of(linear)
 }
 
-/// Light below this, 2^-13, has code 0: 12.92 times it is 0.4 of a code.
+/// Light below 2^-13 has code 0: 255 times 12.92 times it is 0.4.
 const LEAST: f32 = 1.0 / 8192.0;
 
 /// Bits of a number's fraction that are left out of its step.
@@ -104,7 +104,7 @@ impl Codes {
     }
 }
 
-/// The code as it is defined.
+/// The code by its definition, without the table.
 fn rounded(linear: f32) -> u8 {
     (srgb_from_linear(linear) * 255.0).round() as u8
 }

@@ -1,4 +1,4 @@
-//! Flicker: how much more, or less, a row of pictures changes from one to the next than its truth does.
+//! Flicker: the difference between the changes of a row of pictures, from one to the next, and the changes of its truth.
 
 use crate::Image;
 use crate::metrics::Mask;

@@ -17,7 +17,7 @@ use volsplat::{
 };
 use warp3d::{Fill, Reference, WarpOptions, Warper};
 
-/// The seeds of failures, which the next run tries first; a failure prints its own, too. It becomes a test with a name, and the file is removed.
+/// The file of the seeds of failures, which the next run tries first. Turn a failure into a test with a name in `found`, then remove the file.
 const SEEDS: &str = "tests/all/numbers/seeds.txt";
 
 fn cases(cases: u32) -> ProptestConfig {

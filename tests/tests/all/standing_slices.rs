@@ -1,5 +1,5 @@
-//! Slices that stand in volumes: the values on a plane as the picture of a polygon, which texmap draws, against values at the places where rays meet
-//! the plane.
+//! Slices that stand in volumes: texmap draws a polygon with the values of its plane as a picture. They are compared with the values at the places where rays
+//! meet the plane.
 
 use glam::{DAffine3, DQuat, DVec2, DVec3};
 use resample_core::narrow::single;
@@ -145,8 +145,8 @@ fn light(surface: &Surface, pixel: [usize; 2]) -> Option<f64> {
     Some(sum / (side * side) as f64)
 }
 
-/// Least ratio of signal to noise inside a slice, dB. Values of cubic voxels magnified would be the truth's own; the grid of a plane between askew voxels
-/// interpolates once more, and a pixel of two voxels is the mean of a Gaussian at each sub-pixel.
+/// Least ratio of signal to noise inside a slice, dB. The grid of an oblique plane interpolates
+/// once more than the truth, and a sub-pixel is the mean of a Gaussian, that of the truth of a square. The least of the scenes is 50.9 dB.
 const LEAST_DB: f64 = 48.0;
 
 #[test]

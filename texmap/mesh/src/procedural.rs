@@ -1,4 +1,4 @@
-//! A mesh and a texture made by formulas: what demonstrations and benchmarks draw where there is no file.
+//! Formulas for a mesh and its texture. Demonstrations and benchmarks draw them where they have no file.
 
 use std::fmt::Write;
 

@@ -1,4 +1,4 @@
-//! A picture with depth made by a formula, and what is seen from elsewhere: what demonstrations and benchmarks draw where there is no file.
+//! A formula for a picture with depth, and for its true view from any other place. Demonstrations and benchmarks draw it where they have no file.
 
 use glam::DVec3;
 use resample_core::Image;
@@ -11,10 +11,10 @@ pub const FOV_Y_DEG: f64 = 50.0;
 /// Rays of a pixel along its side: the picture is a photograph, whose pixels are means.
 pub const PHOTOGRAPH_SAMPLES: usize = 4;
 
-/// Where the picture is shown from, world units.
+/// The place of the new view, world units.
 pub const NEW_EYE: DVec3 = DVec3::new(0.15, 0.05, 0.2);
 
-/// The scene from a place, each pixel the mean of `samples` by `samples` rays.
+/// The picture and its depth as an eye at a place sees them, each pixel the mean of `samples` by `samples` rays.
 ///
 /// A ball of radius 1 at (0, 0, 4) before the wall z = 6 + 0.3 x, both with a checkerboard; x right, y down, z forward.
 pub fn ball_before_wall(eye: DVec3, samples: usize) -> Image {
@@ -42,7 +42,7 @@ pub fn ball_before_wall(eye: DVec3, samples: usize) -> Image {
     image
 }
 
-/// Colour and camera z of what a ray (with z of 1) shows.
+/// The colour and the camera z of the point that a ray hits first. The ray's direction has z = 1.
 fn seen(eye: DVec3, ray: DVec3) -> ([f32; 3], f64) {
     let wall = (6.0 + 0.3 * eye.x - eye.z) / (1.0 - 0.3 * ray.x);
     let to_ball = DVec3::new(0.0, 0.0, 4.0) - eye;

@@ -32,7 +32,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// The values and their colours, where there is a scale of them.
+    /// The least and greatest value, and the colours between; `None` where colours do not come from values.
     pub(super) fn scale(&self) -> Option<([f64; 2], Vec<[f32; 3]>)> {
         Some((self.range?, self.colours.clone()))
     }

@@ -19,8 +19,9 @@ use crate::open::volume::slices::Cut;
 use crate::process::report;
 use crate::values::mesh_word::{IsoWord, MeshWord, SlicePlace, SliceWord};
 
-/// Pixels of a slice along a voxel's side. The picture's light is interpolated, and grey does not grow evenly with it: pixels between voxels have it follow
-/// the interpolated values. A wave that shortens to four voxels, shown three times its size, has 25.6 dB with one, 36.9 with two, 43.8 with three.
+/// Pixels of a slice along a voxel's side. Texmap interpolates light, but a slice shall show interpolated values, whose grey is no linear function of light:
+/// pixels between the voxels bring both together. A wave that shortens to four voxels, magnified three times, has 25.6 dB with one, 36.9 with two, 43.8
+/// with three.
 const PIXELS_OF_VOXEL: u32 = 2;
 
 /// The meshes of a picture, in the order in which they were typed.
@@ -31,7 +32,7 @@ pub(crate) struct Meshes {
 }
 
 struct StandingMesh {
-    /// Its paint; `None` for a slice, which has its own.
+    /// The file and its paint; `None` for a slice.
     word: Option<MeshWord>,
     scene: texmap::Scene,
     options: texmap::RenderOptions,
@@ -118,7 +119,7 @@ impl Meshes {
         Ok(())
     }
 
-    /// Forgets the slices: the values are others now.
+    /// Forgets the slices, because the volume has other values now.
     pub(crate) fn forget_slices(&mut self) {
         self.slices.clear();
     }
@@ -143,7 +144,7 @@ impl Meshes {
         self.meshes().flat_map(|mesh| corners(&mesh.scene))
     }
 
-    /// The surfaces that a part of a picture shows, at the sub-pixels of the volume there: `camera` is moved to the part, `whole` is that of the picture.
+    /// The surfaces in a part of a picture, at the volume's sub-pixels. `camera` sees the part, `whole` the picture.
     pub(crate) fn surfaces(
         &mut self,
         volume: &Renderer,
@@ -160,6 +161,7 @@ impl Meshes {
             }
             surface
         };
+        // The cameras differ by the part's first column and row.
         let first = [whole.cx - camera.cx, whole.cy - camera.cy].map(|px| px.round() as usize);
         let window = (first, [camera.width as usize, camera.height as usize]);
         let mut surfaces = Vec::new();
@@ -253,7 +255,7 @@ impl StandingMesh {
     }
 }
 
-/// The light on a mesh: that of the volume, and at the eye what its materials ask for where they keep their colours. None on a slice.
+/// The light on a mesh: that of the volume, and at the eye what its materials ask for where they keep their colours. A slice is not lit.
 fn lit(word: Option<&MeshWord>, render: &RenderOptions) -> texmap::RenderOptions {
     let (shade, light) = match (render.light, word) {
         (_, None) => (Shade::Unlit, None),

@@ -117,7 +117,7 @@ impl OpenVolume {
         &self.args
     }
 
-    /// The picture of a slice: an axis of the grid and a voxel along it; black and white at the ends of the window.
+    /// The slice of a voxel along an axis of the grid, black and white at the ends of the window.
     pub(crate) fn slice(&self, axis: usize, index: usize, window: [f64; 2]) -> Result<Image> {
         slices::picture(&self.content, Cut::Voxels(axis, index), window)
     }
@@ -127,8 +127,9 @@ impl OpenVolume {
         self.content.decide(&args, self.plan.finish.format)?;
         self.content.change(&mut self.renderer, self.keeping)?;
         self.args = args;
-        (self.meshes).follow(&self.content, &self.args.scene)?;
-        (self.meshes).check(&self.renderer, &self.content.look.options)
+        self.meshes.follow(&self.content, &self.args.scene)?;
+        self.meshes
+            .check(&self.renderer, &self.content.look.options)
     }
 
     /// The light and blending that go with the look, where none were typed.
@@ -226,10 +227,10 @@ impl OpenVolume {
         if reuse == Reuse::NeedsRenderer {
             self.renderer = self.content.renderer(self.keeping, Progress::Hidden)?;
         }
-        (self.meshes).follow(&self.content, &self.args.scene)
+        self.meshes.follow(&self.content, &self.args.scene)
     }
 
-    /// Draws a part of a picture: the camera that is moved to it, and that of the whole.
+    /// Draws a part of a picture. The first camera sees the part, the second the whole picture.
     fn draw_part(&mut self, cameras: (&Camera, &Camera)) -> Result<Drawn> {
         let both = (&mut self.renderer, &mut self.meshes);
         drawn(both, cameras, Progress::Hidden, &self.stop)
@@ -256,8 +257,7 @@ impl OpenVolume {
     }
 }
 
-/// A part of the picture of a volume renderer and of the meshes in it, with its counts and times: the camera that is moved to the part, and that of the
-/// whole picture.
+/// Draws a part of a picture, the volume and its meshes, with counts and times. The first camera sees the part, the second the whole picture.
 fn drawn(
     (renderer, meshes): (&mut Renderer, &mut Meshes),
     (camera, whole): (&Camera, &Camera),

@@ -107,7 +107,7 @@ impl OpenScene for OpenVolume {
             motion.set(number, &mut self.renderer, &mut self.content)?;
         }
         match self.steps.is_some() || self.motion.is_some() {
-            true => (self.meshes).follow(&self.content, &self.args.scene),
+            true => self.meshes.follow(&self.content, &self.args.scene),
             false => Ok(()),
         }
     }

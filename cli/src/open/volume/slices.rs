@@ -17,9 +17,9 @@ use crate::values;
 /// A slice.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Cut<'a> {
-    /// An axis of the grid and a voxel along it.
+    /// That of an axis of the grid and a voxel along it.
     Voxels(usize, usize),
-    /// A grid of one layer.
+    /// That of a grid with one layer, such as [`Lattice::on_plane`] gives.
     Grid(&'a Lattice),
 }
 

@@ -207,7 +207,7 @@ pub fn join(
     copy(marked, path, coding, original)
 }
 
-/// Copies the pictures of `input`, ffmpeg's words for it, to `path`, with the sound of the original.
+/// Copies pictures to `path` without coding them anew, with the sound of the original. `input` holds the arguments by which ffmpeg finds them.
 fn copy(
     input: impl IntoIterator<Item = OsString>,
     path: &Path,
@@ -251,7 +251,7 @@ fn goes_along(container: Container, original: Option<&Original>) -> io::Result<V
     Ok(input.into_iter().chain(words.map(OsString::from)).collect())
 }
 
-/// Every subtitle that the container holds, and how it is written.
+/// The arguments for every subtitle that the container holds.
 fn subtitles(container: Container, codecs: &[String]) -> Vec<String> {
     let mut words = Vec::new();
     let mut written = 0;

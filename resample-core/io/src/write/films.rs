@@ -139,16 +139,20 @@ impl FilmPlan {
         }
     }
 
-    /// The subtitles of the original that are left out, if any are.
+    /// A remark on the subtitles of the original that the film cannot hold, if there are any.
     pub fn note(&self) -> Option<String> {
         let FilmKind::Video(container) = self.kind else {
             return None;
         };
         let lost = self.original.as_ref()?.lost_subtitles(container).join(", ");
+        let hint = match container {
+            Container::Matroska => "",
+            Container::Mp4 | Container::WebM => "; .mkv holds most kinds",
+        };
+        let path = self.path.display();
         (!lost.is_empty()).then(|| {
             format!(
-                "{}: its kind of file holds no subtitles of kind {lost}: they are left out; .mkv holds pictures as subtitles",
-                self.path.display()
+                "{path}: its format cannot hold subtitles of kind {lost}, which are left out{hint}"
             )
         })
     }

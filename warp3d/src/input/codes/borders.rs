@@ -196,7 +196,7 @@ fn update_along(levels: &[i32], distance_px: &mut [f32], beside: &mut [u32], swe
     }
 }
 
-/// Updates each sample from the one before it. What is carried from sample to sample stays in registers, and nothing branches.
+/// Updates each sample from the one before it. The loop keeps the sample before in registers, and has no branches.
 #[inline(always)]
 fn update_in_order<'a>(
     samples: impl Iterator<Item = ((&'a i32, &'a mut f32), &'a mut u32)>,
@@ -204,7 +204,7 @@ fn update_in_order<'a>(
     let mut any = false;
     let (mut level_before, mut nearest, mut from) = (0, f32::INFINITY, 0);
     for ((&level, distance_px), beside) in samples {
-        // The first sample has nothing before it, and nothing is nearer than an infinite distance.
+        // Before the first sample the distance is infinite, so that it keeps its own.
         let there = nearest + 1.0;
         let is_nearer = (level == level_before) & (there < *distance_px);
         nearest = if is_nearer { there } else { *distance_px };
