@@ -82,14 +82,14 @@ pub fn run() -> ExitCode {
         Ok(words) => words,
         Err(error) => return failed(&error),
     };
-    let matches = match Cli::command().try_get_matches_from(words) {
+    let matches = match Cli::command().try_get_matches_from(&words) {
         Ok(matches) => matches,
         Err(error) => match args::listed(&error) {
             Some(list) => {
                 return report::print(&list)
                     .map_or_else(|error| failed(&error), |()| ExitCode::SUCCESS);
             }
-            None => error.exit(),
+            None => args::with_tip(error, &words, &Cli::command()).exit(),
         },
     };
     let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());

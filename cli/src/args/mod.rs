@@ -36,6 +36,7 @@ pub use crate::args::tools::{
     BenchArgs, BenchSceneArgs, BenchTable, CompareArgs, CompletionsArgs, DemoArgs, InfoArgs,
     JoinArgs, ManArgs, SceneArg, ServeArgs, ThumbnailsArgs, TradeArgs, TradeOptions, ViewArgs,
 };
+pub(crate) use crate::args::words::tips::with_tip;
 pub use drawing::Drawing;
 pub use figure::{AxesKind, FigureArgs};
 pub use gaussians::{GaussianClipArgs, GaussianRenderArgs, GaussiansArgs};

@@ -94,6 +94,9 @@ const SHEET: &str = "contact-sheet.png";
 
 /// The picture of one file, as its command draws it.
 fn drawn(file: &Path, args: &ThumbnailsArgs) -> Result<Image> {
+    if !file.exists() {
+        bail!("no such file");
+    }
     let side = args.size;
     let size = format!("--size={side}x{side}").into();
     let words = [

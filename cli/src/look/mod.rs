@@ -206,8 +206,12 @@ impl Look {
             format!("{}{name} {}", shown.number, shown.look)
         };
         let channels: Vec<String> = self.shown.iter().map(channel).collect();
+        let black = match args.picture.background {
+            None => "; --background black as in a microscope",
+            Some(_) => "",
+        };
         Some(format!(
-            "channels: {} (--channel N:COLOUR:LOW,HIGH chooses and changes them)",
+            "channels: {} (--channel N:COLOUR:LOW,HIGH chooses and changes them{black})",
             channels.join(", ")
         ))
     }

@@ -13,10 +13,13 @@ use volsplat::{
     TransferFunction,
 };
 
+use resample_io::figure::number;
+
 use crate::args::{RayBlend, RenderArgs, TransferArgs, VolsplatArgs};
 use crate::output;
 use crate::output::{Depth, Format};
 use crate::process::report;
+use crate::values::Window;
 
 /// How values become colour and opacity, and what goes with it. Errors name the file or the option.
 pub(crate) fn function(
@@ -78,14 +81,30 @@ fn scaled(function: TransferFunction, args: &TransferArgs) -> Result<TransferFun
     Ok(function.with_opacity_scaled(args.opacity_scale)?)
 }
 
-/// A warning where a preset does not suit the volume.
+/// A warning where a preset or a window does not suit the volume.
 pub(crate) fn warning(args: &TransferArgs, volume: &dyn Described) -> Option<String> {
+    if let Some(window) = args.window {
+        return wide_window(window, volume.value_range().into());
+    }
     let preset = args.preset?;
     let why = preset.mismatch(volume)?;
     Some(format!(
         "warning: --preset {} expects Hounsfield units, but {why}",
         preset.name()
     ))
+}
+
+/// A warning where a window holds all values, which its two numbers as its ends would not: in many programs they are the ends.
+fn wide_window(Window { level, width }: Window, [least, most]: [f64; 2]) -> Option<String> {
+    let [low, high] = [level - 0.5 * width, level + 0.5 * width];
+    let is_meant = least <= level && level < width && width <= most;
+    (is_meant && low < least && most < high).then(|| {
+        let [low, high, least, most] = [low, high, least, most].map(number);
+        format!(
+            "warning: --window {level},{width} is a level and a width, {low} to {high}, and the values lie between {least} and {most}: \
+             --window {level}..{width} is low and high"
+        )
+    })
 }
 
 /// Draws the function over the volume's histogram, where that was asked for.

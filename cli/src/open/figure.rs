@@ -88,7 +88,7 @@ pub(crate) fn corners_of_axes(args: &FigureArgs, [low, high]: [DVec3; 2]) -> Vec
     }
     // Parts of the box's longest side, guesses that were looked at. The colour bar takes room at the right.
     let room = match args.colour_bar {
-        None => 0.07,
+        None => 0.1,
         Some(_) => 0.16,
     } * (high - low).max_element();
     framing::volume::corners([low - room, high + room]).to_vec()

@@ -295,11 +295,19 @@ pub fn png_name(text: &str) -> Result<PathBuf, String> {
         .ok_or_else(|| "expected a name that ends in .png".into())
 }
 
-/// `LEVEL,WIDTH`.
+/// `LEVEL,WIDTH` or `LOW..HIGH`.
 pub fn window(text: &str) -> Result<Window, String> {
-    match numbers(text).as_deref() {
-        Some(&[level, width]) if width > 0.0 => Ok(Window { level, width }),
-        _ => Err("expected LEVEL,WIDTH such as 40,400, with a width above 0".into()),
+    let (numbers, is_range) = match text.split_once("..") {
+        Some((low, high)) => (numbers(&format!("{low},{high}")), true),
+        None => (numbers(text), false),
+    };
+    match numbers.as_deref() {
+        Some(&[low, high]) if is_range && low < high => Ok(Window {
+            level: 0.5 * (low + high),
+            width: high - low,
+        }),
+        Some(&[level, width]) if !is_range && width > 0.0 => Ok(Window { level, width }),
+        _ => Err("expected LEVEL,WIDTH such as 40,400, with a width above 0, or LOW..HIGH such as -160..240".into()),
     }
 }
 

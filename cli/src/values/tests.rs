@@ -87,7 +87,24 @@ fn windows_have_a_level_and_a_width_above_0() {
         }),
         "a lung window"
     );
-    for bad in ["40", "40,0", "40,-400", "1,2,3", "40,inf", ""] {
+    let soft = Window {
+        level: 40.0,
+        width: 400.0,
+    };
+    assert_eq!(window("-160..240"), Ok(soft), "the same as 40,400");
+    for bad in [
+        "240..-160",
+        "1..1",
+        "1..",
+        "..2",
+        "1..2,3",
+        "40",
+        "40,0",
+        "40,-400",
+        "1,2,3",
+        "40,inf",
+        "",
+    ] {
         assert!(window(bad).is_err(), "{bad:?} is no window");
     }
 }

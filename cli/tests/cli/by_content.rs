@@ -152,7 +152,7 @@ fn what_may_be_several_things_is_refused_with_the_commands() {
             "plane.bin",
             "resample volsplat plane.bin) or a depth (resample warp3d",
         ),
-        ("im.png", "an image needs a depth map"),
+        ("im.png", "a photograph needs a depth map"),
         ("im.png im.png im.png", "pattern in quotes"),
         ("absent/a.nrrd", "neither a file nor a command"),
     ] {

@@ -53,6 +53,17 @@ pub fn size(part: &Part) -> Result<[u32; 2], Error> {
     }
 }
 
+/// Focal length of a photograph's lens before a picture of 36 mm by 24 mm, mm, as its EXIF data state it.
+///
+/// # Errors
+/// As [`size`].
+pub fn focal_length_mm(part: &Part) -> Result<Option<f64>, Error> {
+    if exr::is_exr(&first_bytes(&part.path, 8)?) {
+        return Ok(None);
+    }
+    raster::focal_length_mm(&part.path)
+}
+
 /// The memory that reading a picture takes, from its header alone.
 ///
 /// # Errors

@@ -139,8 +139,8 @@ pub struct TransferArgs {
     /// is not moved.
     #[arg(long, requires = "transfer")]
     pub rescale_transfer: bool,
-    /// Values LEVEL - WIDTH/2 to LEVEL + WIDTH/2 span the colour map and an opacity from 0 to 1, as in CT: 40,400
-    #[arg(long, value_name = "LEVEL,WIDTH", value_parser = values::window, allow_hyphen_values = true,
+    /// Values LOW to HIGH, or LEVEL - WIDTH/2 to LEVEL + WIDTH/2, span the colour map and an opacity from 0 to 1, as in CT: 40,400 or -160..240
+    #[arg(long, value_name = "LEVEL,WIDTH|LOW..HIGH", value_parser = values::window, allow_hyphen_values = true,
         conflicts_with = "transfer")]
     pub window: Option<Window>,
     /// Preset: transfer function, shading and blend mode, such as ct-bone, mr-head, green-channel, flame; `list` prints all

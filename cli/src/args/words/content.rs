@@ -118,8 +118,8 @@ pub(crate) fn drawn(words: &[OsString]) -> Result<(Application, Vec<OsString>)> 
         }
         (Content::Picture | Content::Plane | Content::PictureAndDepth, 2) => is(Application::Depth),
         (Content::Picture, 1) => bail!(
-            "{name}: an image needs a depth map, as in resample warp3d {name} DEPTH --from CAM, or, of a \
-             volume's slices, their folder or a pattern in quotes"
+            "{name}: a photograph needs a depth map, as in resample warp3d {name} DEPTH --depth-kind relative --stereo 0.06; \
+             of a volume's slices give the folder or a pattern in quotes"
         ),
         (Content::Plane, 1) => bail!(
             "{name}: one plane of numbers is a volume of one slice (resample volsplat {name}) or a depth (resample warp3d \

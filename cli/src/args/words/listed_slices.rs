@@ -36,7 +36,12 @@ pub(crate) fn as_pattern(words: Vec<OsString>) -> Result<Vec<OsString>> {
         .iter()
         .take_while(|word| is_slice(word))
         .count();
-    let pattern = pattern_of(&words[first..first + count])?;
+    let listed = &words[first..first + count];
+    if command == Some("view") && !differ_in_numbers(listed) {
+        // A picture and its depth.
+        return Ok(words);
+    }
+    let pattern = pattern_of(listed)?;
     Ok([&words[..first], &[pattern.into()], &words[first + count..]].concat())
 }
 
@@ -45,6 +50,16 @@ fn is_slice(word: &OsString) -> bool {
     let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
     let is_known = ending.is_some_and(|ending| ENDINGS.iter().any(|known| ending == *known));
     is_known && path.is_file()
+}
+
+/// True if the names are equal but for their numbers.
+fn differ_in_numbers(files: &[OsString]) -> bool {
+    let without_digits = |file: &OsString| -> String {
+        let letters = name(Path::new(file));
+        letters.chars().filter(|c| !c.is_ascii_digit()).collect()
+    };
+    let first = without_digits(&files[0]);
+    files.iter().all(|file| without_digits(file) == first)
 }
 
 fn pattern_of(files: &[OsString]) -> Result<PathBuf> {
@@ -111,6 +126,14 @@ fn common_ends(names: &[String]) -> [&str; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_picture_and_its_depth_are_no_slices() {
+        let differ = |names: [&str; 2]| differ_in_numbers(&names.map(OsString::from));
+        assert!(differ(["s09.png", "s10.png"]), "slices");
+        assert!(!differ(["photo.jpg", "depth8.png"]), "a photograph");
+        assert!(!differ(["rgb0.png", "depth0.png"]), "a recording");
+    }
 
     #[test]
     fn what_all_names_share_is_kept() {

@@ -30,11 +30,11 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
         Some(Content::Mesh) => (mesh::facts(args)?, vec![draws(&["texmap", &name])]),
         Some(Content::Picture) => {
             let facts = picture::facts(args)?;
-            let warp = match facts.1["colour"] == true {
-                true => warps(&name, "DEPTH"),
-                false => warps("PICTURE", &name),
+            let drawn = match facts.1["colour"] == true {
+                true => vec![pair(&name), warps(&name, "DEPTH")],
+                false => vec![warps("PICTURE", &name)],
             };
-            (facts, vec![warp])
+            (facts, drawn)
         }
         Some(Content::PictureAndDepth) => (picture::facts(args)?, vec![warps(&name, &name)]),
         Some(Content::Plane) => (
@@ -64,6 +64,19 @@ pub(crate) fn run(args: &InfoArgs) -> Result<()> {
 fn draws(words: &[&str]) -> String {
     let words = words.iter().chain(&["-o", "picture.png"]);
     typed::line(&words.map(|&word| word.to_owned()).collect::<Vec<_>>())
+}
+
+/// The command that makes a pair of views from a photograph and the depth map of a network.
+fn pair(colour: &str) -> String {
+    draws(&[
+        "warp3d",
+        colour,
+        "DEPTH",
+        "--depth-kind",
+        "relative",
+        "--stereo",
+        "0.06",
+    ])
 }
 
 /// The command that shows a picture with its depth from another camera.

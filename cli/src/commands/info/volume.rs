@@ -232,6 +232,7 @@ impl Facts {
             "left_handed": map.matrix3.determinant() < 0.0,
             "extent": self.corners.map(|corner| corner.to_array()),
             "space": volume.space,
+            "unit": volume.length_unit(),
             "up": volume.up_hint.map(|up| up.to_array()),
             "range": [self.range.0, self.range.1],
             "histogram": { "low": self.bars.low, "high": self.bars.high, "counts": self.bars.counts },
@@ -244,13 +245,15 @@ impl Facts {
         let [low, high] = self.corners;
         let size = high - low;
         let space = volume.space.clone();
+        let unit = volume.length_unit().map(|unit| format!(" {unit}"));
+        let unit = unit.unwrap_or_default();
         let bars = &self.bars;
         vec![
             line("format", self.format),
             line("size", format!("{x} x {y} x {z}, {} voxels", volume.len())),
             line("type", self.kind.name()),
-            line("spacing", format!("{dx} x {dy} x {dz}")),
-            line("extent", sides(size)),
+            line("spacing", format!("{dx} x {dy} x {dz}{unit}")),
+            line("extent", format!("{}{unit}", sides(size))),
             line("", between(self.corners)),
             line("axes", orientation(volume)),
             line("space", space.unwrap_or_else(|| "not named".to_owned())),

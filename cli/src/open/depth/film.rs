@@ -17,7 +17,7 @@ use crate::process::report::{Progress, watch};
 use crate::values::input_file::{HeldPicture, HeldPictures, Source};
 
 /// The lens of a film that says nothing of it, degrees from top to bottom: 38 mm before a picture of 36 mm by 24 mm, between the usual ones of cinema.
-const FOV: &str = "fov:35";
+pub(super) const FOV: &str = "fov:35";
 
 /// Default surface tolerance of relative depth in a film. The noise of a network and of a film's coding makes smaller jumps within one surface. On films with truth,
 /// 0.02 to 0.05 have the error of the automatic tolerance, or up to 0.7 dB less, in half of its time.
@@ -32,6 +32,11 @@ fn is_pair(args: &Warp3dArgs) -> bool {
             .layout
             .is_none_or(|layout| layout.places().is_some() || layout == LayoutWord::Vr180);
     views.stereo.is_some() && is_alone && (is_plane || args.baseline_around().is_some())
+}
+
+/// The note of a lens that nothing tells.
+pub(super) fn unknown_lens() -> String {
+    format!("note: the lens is unknown: it is taken as {FOV} (--from says another)")
 }
 
 /// Sets the defaults of a film, where nothing else was typed: relative depth, a lens, the surface tolerance, the method of a pair, and the
@@ -49,9 +54,7 @@ pub(crate) fn set_defaults(args: &mut Warp3dArgs, film: Option<&FilmInput>) -> R
         );
     } else if !has_lens {
         args.cameras.from = Some(viewpoint::parse(FOV).map_err(anyhow::Error::msg)?);
-        report::say(&format!(
-            "note: the lens is unknown: it is taken as {FOV} (--from says another)"
-        ));
+        report::say(&unknown_lens());
     }
     let is_around = args.cameras.from == Some(Viewpoint::Equirectangular);
     let (views, cameras) = (&args.views, &args.cameras);

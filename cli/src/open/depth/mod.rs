@@ -5,6 +5,7 @@
 
 pub(crate) mod fed;
 mod film;
+mod photo;
 pub(crate) mod frames;
 pub(crate) mod scene;
 
@@ -74,6 +75,9 @@ impl OpenDepth {
             None => Frames::find(&mut args, verbosity.progress())?,
             Some(_) => None,
         };
+        if frames.is_none() {
+            photo::set_defaults(&mut args)?;
+        }
         let ready = Ready::new(&args, frames, purpose, verbosity)?;
         Ok(Self { args, ready })
     }

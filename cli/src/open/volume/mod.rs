@@ -73,7 +73,7 @@ pub(crate) struct OpenVolume {
 impl OpenVolume {
     /// Checks the arguments, reads the volume, and classifies it.
     pub(crate) fn read(args: VolsplatArgs, purpose: Purpose, verbosity: Verbosity) -> Result<Self> {
-        let steps = TimeSteps::of(&args)?;
+        let steps = TimeSteps::of(&args, purpose)?;
         let plan = Plan::new(&request(&args, steps.as_ref()))?;
         let mut args = args;
         if let Some(several) = &steps {

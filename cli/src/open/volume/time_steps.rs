@@ -11,6 +11,8 @@ use crate::open::volume::file::load_options;
 use crate::open::volume::scene;
 use crate::open::volume::scene::Volumes;
 use crate::open::volume::step_values::StepValues;
+use crate::output::{FrameNames, kind_of};
+use crate::plan::Purpose;
 use crate::process::report::{Progress, watch};
 use crate::values;
 use crate::values::input_file::InputFile;
@@ -21,19 +23,31 @@ use crate::values::{FrameRange, LookOf};
 pub(crate) struct TimeSteps {
     /// The file of each, in their order; at least one.
     pub(crate) inputs: Vec<InputFile>,
+    /// The steps that decide about look and view.
+    look_of: LookOf,
     /// The step that the content holds.
     shown: usize,
 }
 
 impl TimeSteps {
-    /// The steps that the input names by a pattern, a list or its points in time; `None` where it names one volume.
-    pub(crate) fn of(args: &VolsplatArgs) -> Result<Option<Self>> {
+    /// The steps that the input names by a pattern, a list or its points in time; `None` where it names one volume. Where pictures follow one
+    /// another, a file without a named point in time gives all that it holds; the viewer then looks at the first alone, not to read them all before
+    /// its first picture.
+    pub(crate) fn of(args: &VolsplatArgs, purpose: Purpose) -> Result<Option<Self>> {
         if args.source.held().is_some() {
             return Ok(None);
         }
         let input = &args.input;
-        let inputs = match times_of(input)? {
-            Some((range, others)) => times(args, range, &others)?,
+        let mut look_of = args.look_of;
+        let mut times = times_of(input)?;
+        if times.is_none() && (purpose == Purpose::Change || is_moving(args)?) {
+            times = unnamed_times(args)?;
+            if times.is_some() && purpose == Purpose::Change {
+                look_of = LookOf::Step(0);
+            }
+        }
+        let inputs = match times {
+            Some((range, others)) => steps_of(args, range, &others)?,
             None => {
                 let Some(files) = volsplat::input::step_files(&input.path)? else {
                     return Ok(None);
@@ -45,7 +59,7 @@ impl TimeSteps {
                 files.into_iter().map(step).collect()
             }
         };
-        if let LookOf::Step(step) = args.look_of
+        if let LookOf::Step(step) = look_of
             && step >= inputs.len()
         {
             bail!(
@@ -53,7 +67,11 @@ impl TimeSteps {
                 inputs.len()
             );
         }
-        Ok(Some(Self { inputs, shown: 0 }))
+        Ok(Some(Self {
+            inputs,
+            look_of,
+            shown: 0,
+        }))
     }
 
     /// The step of a picture: as many pictures as steps show one each, others spread over them.
@@ -85,7 +103,7 @@ impl TimeSteps {
         first: &Volumes,
         progress: Progress,
     ) -> Result<StepValues> {
-        let steps = match args.look_of {
+        let steps = match self.look_of {
             LookOf::All => 0..self.inputs.len(),
             LookOf::Step(step) => step..step + 1,
         };
@@ -111,6 +129,29 @@ impl TimeSteps {
         }
         values.context("no steps")
     }
+}
+
+/// True where pictures of a view that rests follow one another: in a film, or in numbered files.
+fn is_moving(args: &VolsplatArgs) -> Result<bool> {
+    if args.sequence.turntable.is_some() || args.sequence.path.is_some() {
+        return Ok(false);
+    }
+    let film = kind_of(&args.output, None, false)?;
+    Ok(film.is_some() || FrameNames::from_pattern(&args.output)?.is_some())
+}
+
+/// All points in time of a file that holds several, none of which is named.
+fn unnamed_times(args: &VolsplatArgs) -> Result<Option<(Option<FrameRange>, Vec<String>)>> {
+    let input = &args.input;
+    let part = input.part.iter().flat_map(|part| part.split(','));
+    let others: Vec<String> = part.map(str::to_owned).collect();
+    let names_time = others.iter().any(|pair| pair.starts_with("time="));
+    if names_time || !input.path.exists() {
+        return Ok(None);
+    }
+    let options = load_options(&args.volume, input, &args.volume.reading.gate())?;
+    let count = volsplat::input::axes_of(&input.path, &options)?.times;
+    Ok((count > 1).then_some((None, others)))
 }
 
 /// The points in time of a part such as `time=all` or `time=3..9`, and the rest of the part.
@@ -139,7 +180,7 @@ fn times_of(input: &InputFile) -> Result<Option<(Option<FrameRange>, Vec<String>
 }
 
 /// The points in time of a file as steps of their own.
-fn times(
+fn steps_of(
     args: &VolsplatArgs,
     range: Option<FrameRange>,
     others: &[String],
@@ -199,6 +240,7 @@ mod tests {
             inputs: ["a", "b", "c"]
                 .map(|name| InputFile::from(PathBuf::from(name)))
                 .to_vec(),
+            look_of: LookOf::All,
             shown: 0,
         };
         let shown = |pictures| -> Vec<usize> {

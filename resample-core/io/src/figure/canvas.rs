@@ -15,6 +15,9 @@ const EM_SHARE: f64 = 0.024;
 /// Smallest size of the letters, px: smaller ones cannot be read.
 const LEAST_EM_PX: f64 = 9.0;
 
+/// Least distance of letters from the edge of the picture, ems. A guess.
+const EDGE_EMS: f64 = 0.3;
+
 /// Width of a rim, ems. A guess.
 const RIM_EMS: f64 = 0.12;
 
@@ -53,26 +56,39 @@ impl<'a> Canvas<'a> {
 
     fn ink(&self) -> [f32; 3] {
         match self.ground {
-            Ground::Light => [0.0; 3],
-            Ground::Dark | Ground::Unknown => [1.0; 3],
+            Ground::Light | Ground::Unknown => [0.0; 3],
+            Ground::Dark => [1.0; 3],
         }
     }
 
-    /// A line of text.
+    /// A line of text. One that stands at a place of the picture is moved to lie inside it as a whole, where it fits.
     pub(super) fn text(&mut self, text: &str, em_px: f64, at: DVec2, anchor: Anchor) {
+        let at = self.moved_inside(at, anchor, text::size(text, em_px));
         if let Some(mask) = text::mask(text, em_px, at, anchor) {
             self.inked(&mask);
         }
+    }
+
+    /// The place of a box of letters that is moved inside the picture; those of places outside stay.
+    fn moved_inside(&self, at: DVec2, Anchor(anchor): Anchor, size: DVec2) -> DVec2 {
+        let picture = DVec2::from_array(self.size);
+        let margin = DVec2::splat(EDGE_EMS * self.em);
+        let is_inside = at.cmpge(DVec2::ZERO).all() && at.cmple(picture).all();
+        let most = picture - margin - size;
+        if !is_inside || most.cmplt(margin).any() {
+            return at;
+        }
+        (at - anchor * size).clamp(margin, most) + anchor * size
     }
 
     /// Covers in the colour of letters, over a rim where that is needed.
     fn inked(&mut self, mask: &Mask) {
         if self.ground == Ground::Unknown {
             let rim = mask.widened(RIM_EMS * self.em);
-            self.cover(&rim, [0.0; 3], None);
+            self.cover(&rim, [1.0; 3], None);
         }
         let ink = self.ink();
-        let on_light = (self.ground == Ground::Light).then(|| mask.heavier());
+        let on_light = (self.ground != Ground::Dark).then(|| mask.heavier());
         self.cover(on_light.as_ref().unwrap_or(mask), ink, None);
     }
 
@@ -100,8 +116,12 @@ impl<'a> Canvas<'a> {
 
     /// A line of the box of axes, in the colour of letters.
     pub(super) fn deep_line(&mut self, from: (DVec2, f64), to: (DVec2, f64)) {
-        let ink = self.ink();
-        let grey = ink.map(|ink| 0.1 + 0.5 * ink);
+        // Over a ground that is not known grey shows best: white and black both do not everywhere.
+        let grey = match self.ground {
+            Ground::Light => [0.1; 3],
+            Ground::Unknown => [0.25; 3],
+            Ground::Dark => [0.6; 3],
+        };
         self.coloured_line(from.0, to.0, grey, Some([from.1, to.1]));
     }
 

@@ -9,7 +9,7 @@ pub enum Ground {
     Dark,
     /// A light colour: letters are black.
     Light,
-    /// Nothing, or a picture: letters are white with a dark rim.
+    /// Nothing, or a picture: letters are black with a white rim.
     #[default]
     Unknown,
 }

@@ -2,7 +2,7 @@
 //!
 //! Takes a path, gives a linear picture, or the numbers of a grey one, row by row. The size in the header is held
 //! against the length of the file before the pixels are decoded. PNG and Radiance (`radiance`) are decoded row by row; the others, and
-//! interlaced PNG, are held whole as they are stored. A JPEG is checked to be complete, because decoders draw missing parts in grey. The
+//! interlaced PNG, are held whole as they are stored; photographs in JPEG and WebP are turned upright. A JPEG is checked to be complete, because decoders draw missing parts in grey. The
 //! decoding itself is the crates' `image` and `png`.
 
 use std::fs::File;
@@ -10,6 +10,8 @@ use std::io::{BufReader, Read, Seek};
 use std::path::Path;
 
 use ::png::{BitDepth, ColorType, Decoder, DecodingError, Transformations};
+use exif::{In, Tag};
+use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use resample_core::Error;
 use resample_core::image::linear_from_srgb;
@@ -50,13 +52,51 @@ pub(crate) fn decode_depth(
 
 /// Width and height, from the header alone.
 pub(crate) fn size(path: &Path) -> Result<[u32; 2], Error> {
-    let (_, decoder) = checked_decoder(path)?;
-    Ok(decoder.dimensions().into())
+    let (format, mut decoder) = checked_decoder(path)?;
+    Ok(turned_size(format, &mut decoder))
+}
+
+/// Focal length of the photograph's lens before a picture of 36 mm by 24 mm, mm, as its EXIF data state it.
+pub(crate) fn focal_length_mm(path: &Path) -> Result<Option<f64>, Error> {
+    let (_, mut decoder) = checked_decoder(path)?;
+    let bytes = decoder.exif_metadata().ok().flatten();
+    let fields = bytes.and_then(|bytes| exif::Reader::new().read_raw(bytes).ok());
+    let focal = fields.and_then(|fields| {
+        let field = fields.get_field(Tag::FocalLengthIn35mmFilm, In::PRIMARY)?;
+        field.value.get_uint(0)
+    });
+    // 0 stands for an unknown length.
+    Ok(focal.filter(|&length| length > 0).map(f64::from))
+}
+
+/// The turn that shows a photograph upright. Other pictures are stored as they are seen.
+fn orientation(format: ImageFormat, decoder: &mut impl ImageDecoder) -> Orientation {
+    match format {
+        ImageFormat::Jpeg | ImageFormat::WebP => {
+            decoder.orientation().unwrap_or(Orientation::NoTransforms)
+        }
+        _ => Orientation::NoTransforms,
+    }
+}
+
+/// Width and height once the picture is upright.
+fn turned_size(format: ImageFormat, decoder: &mut impl ImageDecoder) -> [u32; 2] {
+    let (width, height) = decoder.dimensions();
+    match orientation(format, decoder) {
+        Orientation::Rotate90
+        | Orientation::Rotate270
+        | Orientation::Rotate90FlipH
+        | Orientation::Rotate270FlipH => [height, width],
+        Orientation::NoTransforms
+        | Orientation::Rotate180
+        | Orientation::FlipHorizontal
+        | Orientation::FlipVertical => [width, height],
+    }
 }
 
 /// The memory that reading takes, from the header alone.
 pub(crate) fn storage(path: &Path) -> Result<Storage, Error> {
-    let (format, decoder) = checked_decoder(path)?;
+    let (format, mut decoder) = checked_decoder(path)?;
     let colour = decoder.color_type();
     let is_by_rows = match format {
         ImageFormat::Png => !is_interlaced(path)?,
@@ -64,7 +104,7 @@ pub(crate) fn storage(path: &Path) -> Result<Storage, Error> {
         _ => false,
     };
     Ok(Storage {
-        size: decoder.dimensions().into(),
+        size: turned_size(format, &mut decoder),
         channel_bytes: colour.bytes_per_pixel() / colour.channel_count(),
         decoder_bytes: if is_by_rows {
             0
@@ -210,7 +250,7 @@ impl GreyRows<'_> {
 
 /// Gives the rows of a picture from the top.
 fn decode(path: &Path, room: Room, rows: &mut dyn Rows) -> Result<(), Error> {
-    let (format, decoder) = checked_decoder(path)?;
+    let (format, mut decoder) = checked_decoder(path)?;
     let is_done = match format {
         ImageFormat::Png => decode_png(path, rows)?,
         ImageFormat::Hdr => radiance::decode(path, rows)?,
@@ -226,7 +266,10 @@ fn decode(path: &Path, room: Room, rows: &mut dyn Rows) -> Result<(), Error> {
         bytes,
         &format!("a picture of {width}x{height} pixels in this format"),
     )?;
-    let image = DynamicImage::from_decoder(decoder).map_err(|error| not_usable(path, &error))?;
+    let orientation = orientation(format, &mut decoder);
+    let mut image =
+        DynamicImage::from_decoder(decoder).map_err(|error| not_usable(path, &error))?;
+    image.apply_orientation(orientation);
     let (width, height) = (image.width() as usize, image.height() as usize);
     let channels = usize::from(image.color().channel_count());
     rows.begin([width, height], channels)?;

@@ -135,7 +135,8 @@ const NOT_READ: [(&[u8], &str); 14] = [
     (b"<Xdmf", XDMF),
 ];
 
-const NO_SLICES: &str = "a folder without slices (DICOM, TIFF, PNG or JPEG files)";
+const NO_SLICES: &str =
+    "a folder without slices (DICOM, TIFF, PNG or JPEG files): name a file in it";
 const GZIP: &str = "a gzip file that holds no volume that is read so: unpack it first";
 const ANALYZE: &str =
     "an ANALYZE 7.5 header, which does not say which side is left: convert it to NIfTI";

@@ -1,13 +1,14 @@
 //! Named colour maps, and the transfer functions of voxels that are colours, each of whose components tints the channel that gives the opacity.
 //!
 //! Takes a name, returns linear colours along 0..1. The tables come from the crate colorous (the schemes of matplotlib,
-//! ColorBrewer and d3), which gives 8-bit sRGB; they are decoded to linear light here. `greys` is our own: black to white,
-//! so that a projection shows high values bright. Every name with `_r` behind it is the map from its end to its beginning.
+//! ColorBrewer and d3), which gives 8-bit sRGB; they are decoded to linear light here. It lacks `coolwarm` and `hot`, which simulations and
+//! PET are shown in: their steps are here. `greys` is our own: black to white, so that a projection shows high values bright. Every name with `_r` behind it is the map from its end to its beginning.
 
 use std::str::FromStr;
 
 use crate::volume::{Described, VoxelType};
 use resample_core::image::linear_from_srgb;
+use resample_core::narrow::{cell, single};
 
 use crate::transfer::{ColourKnot, OpacityKnot, TransferFunction};
 
@@ -23,6 +24,8 @@ pub struct ColourMap {
 #[derive(Clone, Copy, Debug)]
 enum Scheme {
     Table(colorous::Gradient),
+    /// Colours in equal steps, codes of sRGB, with straight lines between them.
+    Steps(&'static [[u8; 3]]),
     /// Black to white in equal steps of sRGB.
     Greys,
 }
@@ -39,13 +42,66 @@ const REVERSED: &str = "_r";
 /// Colours that a map is sampled at: the tables behind the schemes have at most 256 entries.
 const STEPS: usize = 256;
 
-const MAPS: [(&str, Scheme); 38] = [
+/// Blue over light grey to red: the map of Moreland, "Diverging Color Maps for Scientific Visualization" (2009), by his formula
+/// between (59, 76, 192) and (180, 4, 38).
+const COOL_WARM: [[u8; 3]; 33] = [
+    [59, 76, 192],
+    [68, 90, 204],
+    [78, 104, 215],
+    [88, 117, 225],
+    [98, 130, 234],
+    [108, 142, 241],
+    [119, 154, 247],
+    [130, 165, 251],
+    [141, 176, 254],
+    [152, 185, 255],
+    [163, 194, 255],
+    [174, 201, 253],
+    [184, 208, 249],
+    [194, 213, 244],
+    [204, 217, 238],
+    [213, 219, 230],
+    [221, 221, 221],
+    [229, 216, 209],
+    [236, 211, 198],
+    [241, 204, 185],
+    [245, 196, 173],
+    [247, 187, 160],
+    [247, 177, 148],
+    [247, 166, 135],
+    [244, 154, 123],
+    [241, 141, 111],
+    [236, 127, 99],
+    [229, 112, 87],
+    [222, 97, 76],
+    [213, 80, 66],
+    [203, 62, 56],
+    [192, 40, 47],
+    [180, 4, 38],
+];
+
+/// Black, red, yellow and white, as metal glows: MATLAB's map, whose channels rise one after another over 3, 3 and 2 eighths.
+const HOT: [[u8; 3]; 9] = [
+    [0, 0, 0],
+    [85, 0, 0],
+    [170, 0, 0],
+    [255, 0, 0],
+    [255, 85, 0],
+    [255, 170, 0],
+    [255, 255, 0],
+    [255, 255, 128],
+    [255, 255, 255],
+];
+
+const MAPS: [(&str, Scheme); 40] = [
     ("viridis", Scheme::Table(colorous::VIRIDIS)),
     ("inferno", Scheme::Table(colorous::INFERNO)),
     ("magma", Scheme::Table(colorous::MAGMA)),
     ("plasma", Scheme::Table(colorous::PLASMA)),
     ("cividis", Scheme::Table(colorous::CIVIDIS)),
     ("turbo", Scheme::Table(colorous::TURBO)),
+    ("coolwarm", Scheme::Steps(&COOL_WARM)),
+    ("hot", Scheme::Steps(&HOT)),
     ("greys", Scheme::Greys),
     ("blues", Scheme::Table(colorous::BLUES)),
     ("greens", Scheme::Table(colorous::GREENS)),
@@ -123,6 +179,15 @@ impl ColourMap {
             Scheme::Table(gradient) => {
                 let colour = gradient.eval_continuous(place);
                 [colour.r, colour.g, colour.b].map(|code| linear_from_srgb(f32::from(code) / 255.0))
+            }
+            Scheme::Steps(steps) => {
+                let along = place * (steps.len() - 1) as f64;
+                let before = cell(single(along)).min(steps.len() - 2);
+                let share = single(along - before as f64);
+                [0, 1, 2].map(|channel| {
+                    let [from, to] = [0, 1].map(|next| f32::from(steps[before + next][channel]));
+                    linear_from_srgb((from + share * (to - from)) / 255.0)
+                })
             }
             Scheme::Greys => [linear_from_srgb(place as f32); 3],
         }
@@ -269,6 +334,18 @@ mod tests {
             "{last:?}"
         );
         assert_eq!(ColourMap::default().colour(7.0), last, "beyond the end");
+    }
+
+    #[test]
+    fn maps_of_steps_pass_through_them() {
+        let map: ColourMap = "coolwarm".parse().expect("a name");
+        let decoded = |code: [u8; 3]| code.map(|code| linear_from_srgb(f32::from(code) / 255.0));
+        assert_eq!(map.colour(0.0), decoded([59, 76, 192]), "blue");
+        assert_eq!(map.colour(0.5), decoded([221, 221, 221]), "light grey");
+        assert_eq!(map.colour(1.0), decoded([180, 4, 38]), "red");
+        let hot: ColourMap = "hot".parse().expect("a name");
+        let half = linear_from_srgb(0.5 * 85.0 / 255.0);
+        assert_eq!(hot.colour(1.0 / 16.0), [half, 0.0, 0.0], "half a step");
     }
 
     #[test]

@@ -1,0 +1,56 @@
+//! The defaults of a photograph: its lens, and the filling of holes.
+
+use anyhow::Result;
+use resample_io::{Part, colour};
+use warp3d::Fill;
+use warp3d::input::DepthKind;
+
+use crate::args::Warp3dArgs;
+use crate::cameras::viewpoint;
+use crate::cameras::viewpoint::Viewpoint;
+use crate::open::depth::film;
+use crate::process::report;
+
+/// Half of the diagonal of a picture of 36 mm by 24 mm, mm: focal lengths are compared by it.
+const HALF_DIAGONAL_MM: f64 = 21.633;
+
+/// Sets what was not typed. Depth of no unit is for looking at: its holes are filled.
+pub(crate) fn set_defaults(args: &mut Warp3dArgs) -> Result<()> {
+    set_lens(args)?;
+    if args.meaning.kind() == DepthKind::Relative && !args.render.has("fill") {
+        let word = "background".to_owned();
+        args.render
+            .set("fill", word, |options| options.fill = Fill::Background);
+        report::say(
+            "note: holes are filled with the background beside them (--fill none leaves them open)",
+        );
+    }
+    Ok(())
+}
+
+/// Sets the lens where none was typed: that of the photograph's EXIF data, else, for depth of no unit, that of films.
+fn set_lens(args: &mut Warp3dArgs) -> Result<()> {
+    let cameras = &args.cameras;
+    let is_typed = cameras.from.is_some() || cameras.intrinsics.is_some();
+    if is_typed || !cameras.reference.is_empty() {
+        return Ok(());
+    }
+    let focal_mm = match args.source.held() {
+        Some(_) => None,
+        None => colour::focal_length_mm(&Part::from_text(&args.colour))?,
+    };
+    if let Some(focal_mm) = focal_mm {
+        let [width, height] = colour::size(&Part::from_text(&args.colour))?.map(f64::from);
+        let half = HALF_DIAGONAL_MM / focal_mm * height / width.hypot(height);
+        let degrees = (10.0 * 2.0 * half.atan().to_degrees()).round() / 10.0;
+        args.cameras.from = Some(Viewpoint::Fov(degrees));
+        report::say(&format!(
+            "note: {}: the lens is that of its EXIF data, fov:{degrees} (--from says another)",
+            args.colour
+        ));
+    } else if args.meaning.kind() == DepthKind::Relative {
+        args.cameras.from = Some(viewpoint::parse(film::FOV).map_err(anyhow::Error::msg)?);
+        report::say(&film::unknown_lens());
+    }
+    Ok(())
+}
