@@ -172,6 +172,9 @@ pub struct VolsplatArgs {
     /// The step of a volume over time that decides look and view, counted from 0; all: the values of all of them
     #[arg(long, value_name = "all|STEP", value_parser = values::look_of, default_value = "all", help_heading = "Several pictures")]
     pub look_of: LookOf,
+    /// The step that all pictures show, where a page asks for them.
+    #[arg(skip)]
+    pub only_step: Option<usize>,
     /// How it is drawn.
     #[command(flatten)]
     pub render: Given<RenderArgs>,

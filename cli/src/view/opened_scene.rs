@@ -470,6 +470,7 @@ impl OpenedScene {
         words.extend(self.rest(view)?);
         if self.steps() > 1 {
             words.push(format!("--frames={}..{}", view.step, view.step + 1));
+            words.extend(self.opened.volume().and_then(OpenVolume::look_word));
         }
         Ok(words)
     }
@@ -501,9 +502,9 @@ impl OpenedScene {
     pub(crate) fn whole(&self, view: &View) -> Result<Drawing> {
         let mut drawing = self.words.drawing(&view.changes, &self.files(view)?)?;
         if let Drawing::Volsplat(args) = &mut drawing
-            && let (2.., Some(open)) = (self.steps(), self.opened.volume())
+            && self.steps() > 1
         {
-            args.input = open.step_input(view.step);
+            args.only_step = Some(view.step);
         }
         if view.exactness == Exactness::Exact {
             drawing.set(planner::ends(&drawing.setting())?.exact)?;

@@ -54,6 +54,63 @@ fn seen(bench: &Bench, name: &str) -> (usize, f64, f64) {
     )
 }
 
+/// A NIfTI file of two volumes of 8x8x8 bytes, a corner of 200 and then of 100.
+fn two_times() -> Vec<u8> {
+    let mut file = vec![0u8; 352];
+    file[..4].copy_from_slice(&348i32.to_le_bytes());
+    for (axis, size) in [4i16, 8, 8, 8, 2, 1, 1, 1].into_iter().enumerate() {
+        file[40 + 2 * axis..][..2].copy_from_slice(&size.to_le_bytes());
+    }
+    file[70..72].copy_from_slice(&2i16.to_le_bytes());
+    file[72..74].copy_from_slice(&8i16.to_le_bytes());
+    for axis in 0..5 {
+        file[76 + 4 * axis..][..4].copy_from_slice(&1f32.to_le_bytes());
+    }
+    file[108..112].copy_from_slice(&352f32.to_le_bytes());
+    file[344..348].copy_from_slice(b"n+1\0");
+    for value in [200, 100] {
+        file.extend((0..512).map(|i| if i % 8 < 4 { value } else { 0 }));
+    }
+    file
+}
+
+#[test]
+fn a_film_of_a_file_shows_all_its_points_in_time() {
+    let bench = Bench::new();
+    bench.write("two.nii", &two_times());
+    let size = "--size 16x16 --window 0..250";
+    for (file, output) in [
+        ("two.nii#time=all", "all%d"),
+        ("two.nii", "film%d"),
+        ("two.nii#time=0", "first%d"),
+        ("two.nii#time=1", "second%d"),
+        ("two.nii", "one"),
+    ] {
+        assert_good(&bench.run(&format!("volsplat {file} -o out/{output}.png {size}")));
+    }
+    let pixels = |name: &str| read_png(&bench.path(&format!("out/{name}.png")));
+    assert!(pixels("film0") == pixels("all0") && pixels("film1") == pixels("all1"));
+    assert!(pixels("film0") != pixels("film1"), "two steps");
+    let written = bench.written();
+    let one_of = |stem: &str| written.iter().filter(|name| name.starts_with(stem)).count();
+    assert_eq!(
+        [one_of("first"), one_of("second"), one_of("one")],
+        [1, 1, 1]
+    );
+    // Around a still object: its first point in time.
+    assert_good(&bench.run(&format!(
+        "volsplat two.nii -o out/turn%d.png {size} --turntable 3"
+    )));
+    assert_eq!(
+        bench
+            .written()
+            .iter()
+            .filter(|name| name.starts_with("turn"))
+            .count(),
+        3
+    );
+}
+
 #[test]
 fn steps_share_their_look_and_their_view() {
     let bench = bench();

@@ -50,6 +50,29 @@ fn post(bytes: &[u8]) -> Option<usize> {
 }
 
 #[test]
+fn a_photograph_of_an_unknown_lens_gets_one_and_no_holes() {
+    let bench = frames(1, |_, _, z| z);
+    let drawn = |words: &str| {
+        let words = format!(
+            "warp3d c_0.png z_0.pfm --depth-kind relative --stereo 0.3 {words} -o out/a.png"
+        );
+        let output = bench.run(&words);
+        assert_good(&output);
+        (read_png(&bench.path("out/a.png")).2, stderr(&output))
+    };
+    let holes = |rgba: &[u8]| rgba.chunks(4).filter(|pixel| pixel[3] == 0).count();
+    let (plain, notes) = drawn("");
+    assert!(
+        notes.contains("fov:35") && notes.contains("--fill none"),
+        "{notes}"
+    );
+    assert_eq!(plain, drawn("--from fov:35 --fill background").0);
+    let (open, notes) = drawn("--fill none");
+    assert!(!notes.contains("holes are filled"), "{notes}");
+    assert!(holes(&plain) == 0 && holes(&open) > 20);
+}
+
+#[test]
 fn wild_numbers_in_some_frames_do_not_make_depth_pump() {
     let bench = frames(4, |frame, [x, y], z| {
         let is_wild = frame % 2 == 1 && x % 20 == 3 && y % 15 == 7;

@@ -86,7 +86,7 @@ class VolumeOptions(FramedOptions, total=False):
     transfer_space: Literal["linear", "srgb"]
     #: Move the file's knots, from the first to the last, to the range of the volume's values
     rescale_transfer: bool
-    #: Values LEVEL - WIDTH/2 to LEVEL + WIDTH/2 span the colour map and an opacity from 0 to 1, as in CT: 40,400
+    #: Values LOW to HIGH, or LEVEL - WIDTH/2 to LEVEL + WIDTH/2, span the colour map and an opacity from 0 to 1, as in CT: 40,400 or -160..240
     window: Numbers
     #: Preset: transfer function, shading and blend mode, such as ct-bone, mr-head, green-channel, flame; `list` prints all
     preset: Value

@@ -290,3 +290,66 @@ fn a_hash_names_a_part_unless_a_file_has_that_name() {
         );
     }
 }
+
+/// EXIF data: an orientation, and a focal length before 36 mm by 24 mm.
+fn exif(orientation: u16, focal_mm: u16) -> Vec<u8> {
+    let short = |tag: u16, value: u16| {
+        let mut entry = [tag, 3, 1, 0, value, 0].map(u16::to_le_bytes).concat();
+        entry.truncate(12);
+        entry
+    };
+    let pointer = [0x8769u16, 4, 1, 0, 38, 0].map(u16::to_le_bytes).concat();
+    let end = vec![0; 4];
+    let head = b"II*\0\x08\0\0\0\x02\0".to_vec();
+    let inner = [
+        1u16.to_le_bytes().to_vec(),
+        short(0xa405, focal_mm),
+        end.clone(),
+    ]
+    .concat();
+    [head, short(0x0112, orientation), pointer, end, inner].concat()
+}
+
+#[test]
+fn photographs_are_turned_upright_and_tell_their_lens() {
+    use image::codecs::jpeg::JpegEncoder;
+    use image::{ExtendedColorType, ImageEncoder};
+    let folder = folder();
+    // 32x16 pixels, the left half white.
+    let pixels: Vec<u8> = (0..32 * 16)
+        .map(|i| if i % 32 < 16 { 255 } else { 0 })
+        .collect();
+    let photo = |orientation, focal_mm| {
+        let mut bytes = Vec::new();
+        let mut encoder = JpegEncoder::new_with_quality(&mut bytes, 100);
+        encoder
+            .set_exif_metadata(exif(orientation, focal_mm))
+            .expect("a JPEG has EXIF data");
+        encoder
+            .write_image(&pixels, 32, 16, ExtendedColorType::L8)
+            .expect("a picture");
+        part(&written(&folder, "photo.jpg", &bytes))
+    };
+    // Where the white half lies once the picture is upright: at the left, the right, the top, the bottom.
+    let (wide, tall) = ([32, 16], [16, 32]);
+    for (orientation, size, white, black) in [
+        (1, wide, [2, 8], [29, 8]),
+        (2, wide, [29, 8], [2, 8]),
+        (3, wide, [29, 8], [2, 8]),
+        (6, tall, [8, 2], [8, 29]),
+        (8, tall, [8, 29], [8, 2]),
+    ] {
+        let photo = photo(orientation, 26);
+        assert_eq!(colour::size(&photo).expect("a size"), size, "{orientation}");
+        assert_eq!(colour::storage(&photo).expect("a storage").size, size);
+        let picture = colour::read(&photo).expect("a photograph");
+        let at = |[x, y]: [usize; 2]| picture.rgb[x + size[0] as usize * y][0];
+        assert!(at(white) > 0.9 && at(black) < 0.1, "{orientation}");
+        assert_eq!(
+            colour::focal_length_mm(&photo).expect("readable"),
+            Some(26.0)
+        );
+    }
+    let unknown = colour::focal_length_mm(&photo(1, 0)).expect("readable");
+    assert_eq!(unknown, None, "0 is no length");
+}

@@ -48,6 +48,7 @@ use crate::picture::Drawn;
 use crate::plan::{Plan, Purpose, Request};
 use crate::process::report;
 use crate::process::report::{Account, Cost, Progress, RunStats, Verbosity, watch};
+use crate::values::LookOf;
 use crate::values::input_file::InputFile;
 
 /// A volume that is read, ready to be drawn.
@@ -176,16 +177,20 @@ impl OpenVolume {
         self.steps.as_ref().map_or(1, |steps| steps.inputs.len())
     }
 
+    /// The option by which the command looks at the steps that were looked at here, where nobody typed it.
+    pub(crate) fn look_word(&self) -> Option<String> {
+        match self.steps.as_ref()?.look_of {
+            LookOf::Step(step) if self.args.look_of == LookOf::All => {
+                Some(format!("--look-of={step}"))
+            }
+            LookOf::All | LookOf::Step(_) => None,
+        }
+    }
+
     /// The names of the steps of a volume over time.
     pub(crate) fn step_names(&self) -> Vec<String> {
         let inputs = self.steps.iter().flat_map(|steps| &steps.inputs);
         inputs.map(InputFile::name).collect()
-    }
-
-    /// The file of a step.
-    pub(crate) fn step_input(&self, step: usize) -> InputFile {
-        let input = self.steps.as_ref().and_then(|steps| steps.inputs.get(step));
-        input.unwrap_or(&self.args.input).clone()
     }
 
     /// The main volume or its channels, then the volumes of `--also`.
@@ -313,7 +318,10 @@ fn request<'a>(args: &'a VolsplatArgs, steps: Option<&'a TimeSteps>) -> Request<
         keys: KeyKind::Volume,
         vector_level: args.render.options.vector_level,
         gate: args.volume.reading.gate(),
-        steps: steps.len(),
+        steps: match args.only_step {
+            Some(_) => 0,
+            None => steps.len(),
+        },
         inputs: [
             Some(args.input.path.as_path()).filter(|_| steps.is_empty()),
             transfer,

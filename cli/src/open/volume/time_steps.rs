@@ -24,7 +24,9 @@ pub(crate) struct TimeSteps {
     /// The file of each, in their order; at least one.
     pub(crate) inputs: Vec<InputFile>,
     /// The steps that decide about look and view.
-    look_of: LookOf,
+    pub(super) look_of: LookOf,
+    /// The step that all pictures show.
+    only: Option<usize>,
     /// The step that the content holds.
     shown: usize,
 }
@@ -40,9 +42,10 @@ impl TimeSteps {
         let input = &args.input;
         let mut look_of = args.look_of;
         let mut times = times_of(input)?;
-        if times.is_none() && (purpose == Purpose::Change || is_moving(args)?) {
+        let is_viewed = purpose == Purpose::Change || args.only_step.is_some();
+        if times.is_none() && (is_viewed || is_moving(args)?) {
             times = unnamed_times(args)?;
-            if times.is_some() && purpose == Purpose::Change {
+            if times.is_some() && is_viewed && look_of == LookOf::All {
                 look_of = LookOf::Step(0);
             }
         }
@@ -70,12 +73,16 @@ impl TimeSteps {
         Ok(Some(Self {
             inputs,
             look_of,
+            only: args.only_step,
             shown: 0,
         }))
     }
 
     /// The step of a picture: as many pictures as steps show one each, others spread over them.
     fn of_picture(&self, number: usize, pictures: usize) -> usize {
+        if let Some(step) = self.only {
+            return step;
+        }
         (number * self.inputs.len() / pictures.max(1)).min(self.inputs.len() - 1)
     }
 
@@ -241,6 +248,7 @@ mod tests {
                 .map(|name| InputFile::from(PathBuf::from(name)))
                 .to_vec(),
             look_of: LookOf::All,
+            only: None,
             shown: 0,
         };
         let shown = |pictures| -> Vec<usize> {

@@ -317,6 +317,17 @@ fn steps_over_time_are_chosen_and_copied() {
         pixels(&third) == pixels(&written),
         "the command draws the step"
     );
+    // All pictures of a turntable show the step, with the look of all steps.
+    browser.value("window.file = null; downloaded = async (name, blob) => { window.file = [...new Uint8Array(await blob.arrayBuffer())]; }");
+    browser.press("turntable");
+    browser.value("(() => { const [name, , , steps] = document.querySelectorAll('#dialog input'); [name.value, steps.value] = ['turn.apng', 2]; })()");
+    browser.press("download");
+    browser.wait("Boolean(window.file)");
+    let film: Vec<u8> = serde_json::from_value(browser.value("window.file")).expect("bytes");
+    assert!(
+        pixels(&third) == pixels(&film),
+        "the turntable begins with the view"
+    );
     browser.press("play");
     browser.wait("state.step === 0");
     browser.wait("state.step === 1");

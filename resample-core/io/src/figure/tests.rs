@@ -78,6 +78,33 @@ fn parts_of_a_picture_are_those_of_the_whole() {
 }
 
 #[test]
+fn words_at_the_edge_are_moved_into_the_picture() {
+    let covered = |at: DVec2| {
+        let mut image = Image::transparent(100, 100);
+        let mut canvas = Canvas::new(&mut image, [0, 0], [100.0; 2], Ground::Light);
+        canvas.text("S (mm)", 10.0, at, Anchor::RIGHT);
+        image
+            .rgba
+            .iter()
+            .map(|pixel| f64::from(pixel[3]))
+            .sum::<f64>()
+    };
+    let whole = covered(DVec2::new(80.0, 50.0));
+    for place in [[3.0, 50.0], [99.0, 1.0], [2.0, 99.5]] {
+        let moved = covered(DVec2::from_array(place));
+        assert!(
+            (moved / whole - 1.0).abs() < 0.05,
+            "{place:?}: {moved} of {whole}"
+        );
+    }
+    assert_eq!(
+        covered(DVec2::new(-3.0, 50.0)),
+        0.0,
+        "numbers of places outside stay outside"
+    );
+}
+
+#[test]
 fn letters_and_bars_keep_their_share_of_a_larger_picture() {
     let covered = |width: u32| {
         let mut image = Image::transparent(width as usize, width as usize / 2);

@@ -40,7 +40,9 @@ function close() {
 
 function showCommand(text) {
   const pre = make("pre", {}, text);
-  dialog.replaceChildren(make("p", {}, "This draws the picture again, byte for byte:"), pre,
+  // Pictures of steps carry the mark by which --resume knows them.
+  const same = (state.scene.volume?.steps.length ?? 1) > 1 ? "pixel for pixel" : "byte for byte";
+  dialog.replaceChildren(make("p", {}, `This draws the picture again, ${same}:`), pre,
     make("div", { className: "buttons" },
       button("copy", async () => { await navigator.clipboard.writeText(text); close(); say("copied"); }), button("close", close)));
   dialog.showModal();
