@@ -91,8 +91,8 @@ def test_opacities_of_pyvista():
 
 def test_colour_maps_of_matplotlib_by_either_name():
     matplotlib = pytest.importorskip("matplotlib")
-    expected = fr.volsplat(RAMP, size=(30, 20), transfer="coolwarm")
-    for colormap in ("coolwarm", matplotlib.colormaps["coolwarm"]):
+    expected = fr.volsplat(RAMP, size=(30, 20), transfer="bwr")
+    for colormap in ("bwr", matplotlib.colormaps["bwr"]):
         assert np.array_equal(fr.volsplat(RAMP, size=(30, 20), colormap=colormap), expected)
     with pytest.raises(ValueError, match="nothing"):
         fr.volsplat(RAMP, size=(30, 20), colormap="nothing")
