@@ -85,7 +85,7 @@ pub fn axes_of(path: &Path, options: &LoadOptions) -> Result<ImageAxes, Error> {
         return Ok(ImageAxes::default());
     };
     let times = match format {
-        Format::Tiff => return tiff_stack::axes(&files),
+        Format::Tiff => return tiff_stack::axes(&files, &options.gate),
         Format::Zarr => return zarr::axes(path, options),
         Format::Hdf5 | Format::NetCdf => return hdf5::axes(path, options),
         Format::Nifti => nifti::times(path)?,

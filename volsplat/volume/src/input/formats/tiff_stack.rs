@@ -9,13 +9,14 @@
 //! that unit. OME writes XML, whose element Pixels has the physical size of a voxel. Both say which page is which slice of which channel
 //! at which time (`notes.rs`); `pages.rs` reads directories and pages, `zstandard.rs` those that are packed so. Source: TIFF 6.0 and BigTIFF; the decoder is the crate `tiff`.
 //! Limits: grey values of 8 to 64 bits, half precision included; of colours of 8 or 16 bits one component, interleaved; no palettes;
-//! channels and times of one file; of several files, slices alone.
+//! channels and times of one file, or of those that an OME description names; of other files, slices alone.
 
 mod kind;
 mod notes;
 mod pages;
 mod zstandard;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -26,11 +27,12 @@ use crate::input::axes::ImageAxes;
 use crate::input::decode::component::chosen;
 use crate::input::file::Fault;
 use crate::input::formats::tiff_stack::kind::Kind;
-use crate::input::formats::tiff_stack::notes::Notes;
+use crate::input::formats::tiff_stack::notes::{Notes, Own, Place};
 use crate::input::formats::tiff_stack::pages::Pages;
 use crate::input::options::LoadOptions;
 use crate::input::{Parts, decode, invalid};
 use crate::volume::{Lattice, Voxels};
+use resample_io::Gate;
 
 pub(crate) use resample_io::tiff::begins;
 
@@ -49,11 +51,11 @@ pub(crate) fn colours(paths: &[PathBuf]) -> Result<Option<usize>, Error> {
 }
 
 /// The channels and the points in time.
-pub(crate) fn axes(paths: &[PathBuf]) -> Result<ImageAxes, Error> {
+pub(crate) fn axes(paths: &[PathBuf], gate: &Gate) -> Result<ImageAxes, Error> {
     let Some(first) = paths.first() else {
         return Ok(ImageAxes::default());
     };
-    Ok(described(first, paths.len())?.1.axes)
+    Ok(described(first, paths.len(), gate)?.1.axes)
 }
 
 /// Reads the slices of one file or of several; the chosen channels or, of colours, components.
@@ -66,15 +68,16 @@ pub(crate) fn load(
     let mut stack: Option<Stack> = None;
     let mut bytes = 0u64;
     for path in paths {
-        let (pages, notes) = described(path, paths.len())?;
-        let part =
+        let (pages, notes) = described(path, paths.len(), gate)?;
+        let mut part =
             Part::of(&pages, &notes, components, options.time).map_err(|fault| fault.at(path))?;
+        part.open_further(path, &notes.files, gate)?;
         if notes.axes.times > 1 && options.time.is_none() {
             gate.remark(axes::first_of(notes.axes.times, path));
         }
         bytes = bytes.saturating_add(part.bytes());
         let asked = gate
-            .ask_unpacked(part.bytes(), pages.held, "the pages")
+            .ask_unpacked(part.bytes(), part.held(), "the pages")
             .and_then(|()| gate.ask(bytes, "the slices"));
         asked.map_err(|what| invalid(path, what))?;
         match &mut stack {
@@ -98,9 +101,16 @@ pub(crate) fn load(
 }
 
 /// The directories of one of `files`, and the description of its pages. Of several files each is a slice, whatever its description.
-fn described(path: &Path, files: usize) -> Result<(Pages, Notes), Error> {
-    let pages = Pages::look_at(path, files)?;
-    let notes = Notes::of(&pages.first, pages.count, pages.kind.components);
+fn described(path: &Path, files: usize, gate: &Gate) -> Result<(Pages, Notes), Error> {
+    let mut pages = Pages::look_at(path, files)?;
+    let (uuid, describing) = notes::described_by(&pages.first);
+    if let (1, Some(name)) = (files, describing) {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let file = gate.named_file(&name, folder, folder);
+        pages.first.text = pages::description(&file.map_err(|what| invalid(path, what))?)?;
+    }
+    let own = Own { path, uuid };
+    let notes = Notes::of(&pages.first, &own, (pages.count, pages.kind.components));
     let notes = match (files, notes) {
         (1, notes) => notes.map_err(|fault| fault.at(path))?,
         (_, Ok(notes)) => notes.sliced(pages.count),
@@ -115,7 +125,9 @@ struct Part<'a> {
     spacing: [f64; 3],
     unit: Option<String>,
     /// The pages of each channel that is read.
-    slices: Vec<&'a [usize]>,
+    slices: Vec<&'a [Place]>,
+    /// Further files that hold some of them, by their numbers.
+    further: BTreeMap<usize, (PathBuf, Pages)>,
     /// The components of a pixel that are read.
     components: Vec<usize>,
 }
@@ -152,8 +164,39 @@ impl<'a> Part<'a> {
                 .iter()
                 .map(|&channel| notes.slices(channel, time))
                 .collect(),
+            further: BTreeMap::new(),
             components,
         })
+    }
+
+    /// Reads the directories of further files that hold pages of the part.
+    fn open_further(&mut self, path: &Path, names: &[String], gate: &Gate) -> Result<(), Error> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let places = self.slices.iter().flat_map(|slices| slices.iter());
+        for file in places.map(|place| place.file).filter(|&file| file > 0) {
+            if self.further.contains_key(&file) {
+                continue;
+            }
+            let named = gate.named_file(&names[file - 1], folder, folder);
+            let named = named.map_err(|what| invalid(path, what))?;
+            let pages = Pages::look_at(&named, 1)?;
+            let (kind, first) = (pages.kind, self.pages.kind);
+            if kind != first {
+                let what = format!(
+                    "pages of {kind}, but those of {} are {first}",
+                    path.display()
+                );
+                return Err(invalid(&named, what));
+            }
+            self.further.insert(file, (named, pages));
+        }
+        Ok(())
+    }
+
+    /// Length of the files, bytes.
+    fn held(&self) -> u64 {
+        let further = self.further.values().map(|(_, pages)| pages.held);
+        further.fold(self.pages.held, u64::saturating_add)
     }
 
     /// Bytes of all that is read, unpacked.
@@ -164,10 +207,17 @@ impl<'a> Part<'a> {
 
     /// The voxels of each channel or component.
     fn decode(&self, path: &Path) -> Result<Vec<Voxels>, Error> {
+        let run = |run: &[Place]| {
+            let pages: Vec<usize> = run.iter().map(|place| place.page).collect();
+            match self.further.get(&run[0].file) {
+                None => self.pages.decode(path, &pages, &self.components),
+                Some((path, further)) => further.decode(path, &pages, &self.components),
+            }
+        };
         let decoded = self
             .slices
             .iter()
-            .map(|slices| self.pages.decode(path, slices, &self.components));
+            .map(|slices| decode::joined(slices.chunk_by(|a, b| a.file == b.file).map(run)));
         Ok(decoded
             .collect::<Result<Vec<_>, Error>>()?
             .into_iter()

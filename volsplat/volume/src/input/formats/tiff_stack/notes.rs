@@ -4,6 +4,7 @@
 //! ImageJ, its file saver's lines `channels=`, `slices=`, `frames=` and its metadata tag, which holds look-up tables and windows.
 
 use std::collections::BTreeSet;
+use std::path::Path;
 
 use roxmltree::{Document, Node};
 
@@ -22,6 +23,21 @@ pub(crate) struct FirstPage {
     pub(crate) image_j: Option<(Vec<u8>, Vec<u32>)>,
 }
 
+/// The place of a page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Place {
+    /// 0 is the file itself, others are the names in [`Notes::files`], from 1 on.
+    pub(crate) file: usize,
+    /// The page in that file.
+    pub(crate) page: usize,
+}
+
+/// The name of a file, and the mark by which the descriptions of OME know it.
+pub(crate) struct Own<'a> {
+    pub(crate) path: &'a Path,
+    pub(crate) uuid: Option<String>,
+}
+
 /// The description of the pages of a file.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Notes {
@@ -32,19 +48,46 @@ pub(crate) struct Notes {
     pub(crate) axes: ImageAxes,
     /// Slices of a channel at a time.
     pub(crate) depth: usize,
+    /// The names of further files that hold pages, in the folder of the file.
+    pub(crate) files: Vec<String>,
     /// The pages of the slices, z fastest, then the channels, then the times.
-    pages: Vec<usize>,
+    pages: Vec<Place>,
+}
+
+/// Most planes of an image in several files, whose number no file's length bounds: 1000 times of 1000 slices. A guess.
+const MAX_PLANES: usize = 1 << 20;
+
+/// The mark of a file in its own description of OME, and the file that describes it where its own text only names that.
+pub(crate) fn described_by(first: &FirstPage) -> (Option<String>, Option<String>) {
+    let text = first.text.as_deref().unwrap_or_default();
+    let Some(document) = is_ome(text).then(|| Document::parse(text).ok()).flatten() else {
+        return (None, None);
+    };
+    let uuid = document.root_element().attribute("UUID");
+    let other = document
+        .descendants()
+        .find(|node| node.has_tag_name("BinaryOnly"))
+        .and_then(|node| node.attribute("MetadataFile"));
+    (uuid.map(str::to_owned), other.map(str::to_owned))
+}
+
+fn is_ome(text: &str) -> bool {
+    text.trim_start().starts_with('<') && text.contains("<OME")
 }
 
 impl Notes {
     /// The notes of a stack of `pages`, whose pixels have `colours` numbers.
-    pub(crate) fn of(first: &FirstPage, pages: usize, colours: usize) -> Result<Self, Fault> {
+    pub(crate) fn of(
+        first: &FirstPage,
+        own: &Own,
+        (pages, colours): (usize, usize),
+    ) -> Result<Self, Fault> {
         let text = first.text.as_deref().unwrap_or_default();
         if text.starts_with("ImageJ=") {
             return image_j(first, text, pages, colours);
         }
-        if text.trim_start().starts_with('<') && text.contains("<OME") {
-            return ome(text, pages, colours);
+        if is_ome(text) {
+            return ome(text, own, pages, colours);
         }
         Ok(Self::plain([1.0; 3], pages))
     }
@@ -56,7 +99,8 @@ impl Notes {
             unit: None,
             axes: ImageAxes::default(),
             depth: pages,
-            pages: (0..pages).collect(),
+            files: Vec::new(),
+            pages: (0..pages).map(|page| Place { file: 0, page }).collect(),
         }
     }
 
@@ -69,7 +113,7 @@ impl Notes {
     }
 
     /// The pages of a channel at a time, both of which there are.
-    pub(crate) fn slices(&self, channel: usize, time: usize) -> &[usize] {
+    pub(crate) fn slices(&self, channel: usize, time: usize) -> &[Place] {
         let first = (time * self.axes.channels.len() + channel) * self.depth;
         &self.pages[first..first + self.depth]
     }
@@ -108,6 +152,16 @@ impl Order {
     }
 }
 
+/// How many images ImageJ says that the file holds, if it holds several.
+pub(crate) fn images_of_image_j(first: &FirstPage) -> Option<usize> {
+    let text = first
+        .text
+        .as_deref()
+        .filter(|text| text.starts_with("ImageJ="))?;
+    let count = text.lines().find_map(|line| line.strip_prefix("images="))?;
+    count.trim().parse().ok().filter(|&images| images > 1)
+}
+
 fn image_j(first: &FirstPage, text: &str, pages: usize, colours: usize) -> Result<Notes, Fault> {
     let value = |key: &str| {
         let found = text
@@ -120,7 +174,7 @@ fn image_j(first: &FirstPage, text: &str, pages: usize, colours: usize) -> Resul
     let images = count("images").unwrap_or(1);
     if images > pages {
         return Err(unsupported(format!(
-            "ImageJ says {images} images, but the file lists {pages}, as it does for stacks beyond 4 GB: \
+            "ImageJ says {images} images, but the file lists {pages}, and the others do not lie unpacked behind them: \
              save it as BigTIFF, NRRD or as single slices"
         )));
     }
@@ -167,7 +221,11 @@ fn image_j(first: &FirstPage, text: &str, pages: usize, colours: usize) -> Resul
         }
         .without_equal_colours(),
         depth: order.sizes[0],
-        pages: order.numbers().collect(),
+        files: Vec::new(),
+        pages: order
+            .numbers()
+            .map(|page| Place { file: 0, page })
+            .collect(),
     })
 }
 
@@ -219,7 +277,7 @@ fn tell(channels: &mut [ImageChannel], bytes: &[u8], lengths: &[u32]) {
     }
 }
 
-fn ome(text: &str, pages: usize, colours: usize) -> Result<Notes, Fault> {
+fn ome(text: &str, own: &Own, pages: usize, colours: usize) -> Result<Notes, Fault> {
     let document = Document::parse(text)
         .map_err(|error| format!("the OME description is broken XML: {error}"))?;
     let Some(pixels) = document
@@ -253,10 +311,15 @@ fn ome(text: &str, pages: usize, colours: usize) -> Result<Notes, Fault> {
         order.sizes[0] = pages;
     }
     let [depth, channels, times] = order.sizes;
-    if order.count().is_none_or(|count| count > pages) {
+    let blocks = Blocks::of(pixels, own)?;
+    let most = match blocks.files.is_empty() {
+        true => pages,
+        false => MAX_PLANES,
+    };
+    if order.count().is_none_or(|count| count > most) {
         return Err(unsupported(format!(
             "the OME description names {depth} slices of {channels} channel(s) at {times} time(s), but the file has \
-             {pages} pages: planes in further files are not read; save them all as one file"
+             {pages} pages, and the description does not say where the others are: save them all as one file"
         )));
     }
     let known = pixels
@@ -277,7 +340,8 @@ fn ome(text: &str, pages: usize, colours: usize) -> Result<Notes, Fault> {
             .and_then(axes::unit),
         axes: axes_beside.without_equal_colours(),
         depth,
-        pages: pages_of_planes(pixels, &order, pages)?,
+        pages: blocks.pages(&order, pages)?,
+        files: blocks.files.into_iter().map(str::to_owned).collect(),
     })
 }
 
@@ -299,56 +363,91 @@ fn channel(node: Node) -> ImageChannel {
     }
 }
 
-/// The pages of all planes, z fastest, then the channels, then the times.
-fn pages_of_planes(pixels: Node, order: &Order, pages: usize) -> Result<Vec<usize>, Fault> {
-    let blocks: Vec<Node> = pixels
-        .children()
-        .filter(|node| node.has_tag_name("TiffData"))
-        .collect();
-    let files: BTreeSet<&str> = blocks
-        .iter()
-        .flat_map(Node::children)
-        .filter(|node| node.has_tag_name("UUID"))
-        .filter_map(|node| node.text())
-        .collect();
-    if files.len() > 1 {
-        return Err(unsupported(format!(
-            "its planes lie in {} files: save them all as one file",
-            files.len()
-        )));
-    }
-    // Where nothing is said, pages follow one another in the order of the dimensions.
-    let mut page_of: Vec<Option<usize>> = vec![None; order.count().unwrap_or(0)];
-    for block in &blocks {
-        let first = |name: &str| whole(*block, name).unwrap_or(0);
-        let place = [first("FirstZ"), first("FirstC"), first("FirstT")];
-        if place.iter().zip(order.sizes).any(|(&at, size)| at >= size) {
-            return Err(Fault::Invalid(format!(
-                "TiffData places pages from z {}, channel {} and time {} on, which the image does not have",
-                place[0], place[1], place[2]
-            )));
-        }
-        let page = first("IFD");
-        let planes = match (whole(*block, "PlaneCount"), block.attribute("IFD")) {
-            (Some(count), _) => count,
-            (None, Some(_)) => 1,
-            (None, None) => pages,
+/// The elements that say which planes lie in which pages.
+struct Blocks<'a> {
+    /// Each with the number of its file.
+    listed: Vec<(Node<'a, 'a>, usize)>,
+    /// The names of further files.
+    files: Vec<&'a str>,
+}
+
+impl<'a> Blocks<'a> {
+    fn of(pixels: Node<'a, 'a>, own: &Own) -> Result<Self, Fault> {
+        let blocks = pixels
+            .children()
+            .filter(|node| node.has_tag_name("TiffData"));
+        let marked = |block: Node<'a, 'a>| {
+            let mark = block.children().find(|node| node.has_tag_name("UUID"));
+            (block, mark)
         };
-        let targets = page_of.iter_mut().skip(order.number(place));
-        for (number, target) in targets.take(planes).enumerate() {
-            *target = Some(page.saturating_add(number));
+        let blocks: Vec<_> = blocks.map(marked).collect();
+        let marks: BTreeSet<_> = blocks
+            .iter()
+            .filter_map(|(_, mark)| mark.as_ref()?.text())
+            .collect();
+        let mut files: Vec<&str> = Vec::new();
+        let mut listed = Vec::new();
+        for (block, mark) in blocks {
+            let name = mark.and_then(|mark| mark.attribute("FileName"));
+            let is_named = name.is_some_and(|name| own.path.file_name() == Some(name.as_ref()));
+            let is_marked = mark.is_none_or(|mark| mark.text() == own.uuid.as_deref());
+            let file = if marks.len() <= 1 && name.is_none() || is_named || is_marked {
+                0
+            } else {
+                let name = name.ok_or_else(|| {
+                    unsupported(format!(
+                        "its planes lie in {} files without names: save them all as one file",
+                        marks.len()
+                    ))
+                })?;
+                let known = files.iter().position(|known| *known == name);
+                1 + known.unwrap_or_else(|| {
+                    files.push(name);
+                    files.len() - 1
+                })
+            };
+            listed.push((block, file));
         }
+        Ok(Self { listed, files })
     }
-    if blocks.is_empty() {
-        page_of = (0..page_of.len()).map(Some).collect();
+
+    /// The pages of all planes, z fastest, then the channels, then the times.
+    fn pages(&self, order: &Order, pages: usize) -> Result<Vec<Place>, Fault> {
+        // Where nothing is said, pages follow one another in the order of the dimensions.
+        let mut page_of: Vec<Option<Place>> = vec![None; order.count().unwrap_or(0)];
+        for &(block, file) in &self.listed {
+            let first = |name: &str| whole(block, name).unwrap_or(0);
+            let place = [first("FirstZ"), first("FirstC"), first("FirstT")];
+            if place.iter().zip(order.sizes).any(|(&at, size)| at >= size) {
+                return Err(Fault::Invalid(format!(
+                    "TiffData places pages from z {}, channel {} and time {} on, which the image does not have",
+                    place[0], place[1], place[2]
+                )));
+            }
+            let page = first("IFD");
+            let planes = match (whole(block, "PlaneCount"), block.attribute("IFD")) {
+                (Some(count), _) => count,
+                (None, Some(_)) => 1,
+                (None, None) => pages,
+            };
+            let targets = page_of.iter_mut().skip(order.number(place));
+            for (number, target) in targets.take(planes).enumerate() {
+                let page = page.saturating_add(number);
+                *target = Some(Place { file, page });
+            }
+        }
+        if self.listed.is_empty() {
+            let own = |page| Some(Place { file: 0, page });
+            page_of = (0..page_of.len()).map(own).collect();
+        }
+        let page = |number: usize| match page_of.get(number) {
+            Some(&Some(place)) if place.file > 0 || place.page < pages => Ok(place),
+            _ => Err(Fault::Invalid(format!(
+                "plane {number} of the OME description has no page in this file"
+            ))),
+        };
+        order.numbers().map(page).collect()
     }
-    let page = |number: usize| match page_of.get(number) {
-        Some(&Some(page)) if page < pages => Ok(page),
-        _ => Err(Fault::Invalid(format!(
-            "plane {number} of the OME description has no page in this file"
-        ))),
-    };
-    order.numbers().map(page).collect()
 }
 
 fn whole(node: Node, name: &str) -> Option<usize> {

@@ -3,21 +3,24 @@
 //! Takes a path, returns the facts of all pages, and the voxels of some of them.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use resample_io::tiff::GREATEST_EXPANSION;
 use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
-use tiff::tags::{CompressionMethod, PhotometricInterpretation, PlanarConfiguration, Tag};
+use tiff::tags::{
+    ByteOrder, CompressionMethod, PhotometricInterpretation, PlanarConfiguration, Tag,
+};
 
 use crate::Error;
+use crate::input::decode::Layout;
 use crate::input::file::{Fault, unsupported};
 use crate::input::formats::tiff_stack::kind::{Kind, fault_of_page};
 use crate::input::formats::tiff_stack::notes::FirstPage;
-use crate::input::formats::tiff_stack::zstandard;
+use crate::input::formats::tiff_stack::{notes, zstandard};
 use crate::input::{cannot_read, decode, open};
-use crate::volume::Voxels;
+use crate::volume::{Endian, VoxelType, Voxels};
 
 /// The facts of a file's directories.
 pub(crate) struct Pages {
@@ -26,7 +29,17 @@ pub(crate) struct Pages {
     /// Length of the file, bytes.
     pub(crate) held: u64,
     pub(crate) first: FirstPage,
+    /// Where the pages of a stack without further directories lie.
+    bare: Option<Bare>,
     limits: Limits,
+}
+
+/// Pages that lie one behind the other from a place of the file on: ImageJ writes so beyond 4 GB, with the directory of the first alone.
+#[derive(Clone, Copy)]
+struct Bare {
+    first_byte: u64,
+    endian: Endian,
+    voxel_type: VoxelType,
 }
 
 /// Longest tag that is kept in memory, far above the descriptions of OME files. A guess.
@@ -60,14 +73,25 @@ impl Pages {
         pages: &[usize],
         chosen: &[usize],
     ) -> Result<Vec<Voxels>, Fault> {
+        if let Some(page) = pages.iter().find(|&&page| page >= self.count) {
+            let count = self.count;
+            return Err(Fault::Invalid(format!(
+                "page {page} of a file of {count} pages"
+            )));
+        }
         let mut decoder = opened(file, self.limits.clone())?;
         let mut voxels: Vec<Voxels> = Vec::new();
         for &page in pages {
             let fault = |error| fault_of_page(page, &error);
-            decoder.seek_to_image(page).map_err(fault)?;
-            let part = match zstandard::is_packed(&mut decoder, page)? {
-                true => zstandard::read(&mut decoder, &self.kind, page)?,
-                false => numbers(decoder.read_image().map_err(fault)?),
+            let part = match &self.bare {
+                Some(bare) => bare.read(decoder.inner(), &self.kind, page)?,
+                None => {
+                    decoder.seek_to_image(page).map_err(fault)?;
+                    match zstandard::is_packed(&mut decoder, page)? {
+                        true => zstandard::read(&mut decoder, &self.kind, page)?,
+                        false => numbers(decoder.read_image().map_err(fault)?),
+                    }
+                }
             };
             let components = self.kind.components;
             let needed = self.kind.width * self.kind.height * components;
@@ -104,6 +128,81 @@ impl Pages {
     }
 }
 
+/// The description of a file of OME: its text, or that of its first page.
+pub(crate) fn description(path: &Path) -> Result<Option<String>, Error> {
+    let read = |source| cannot_read(path, source);
+    let mut bytes = Vec::new();
+    let mut file = open(path)?.take(MAX_TAG_BYTES);
+    file.by_ref()
+        .take(8)
+        .read_to_end(&mut bytes)
+        .map_err(read)?;
+    if resample_io::tiff::begins(&bytes) {
+        return Ok(Pages::look_at(path, 1)?.first.text);
+    }
+    file.read_to_end(&mut bytes).map_err(read)?;
+    Ok(String::from_utf8(bytes).ok())
+}
+
+impl Bare {
+    /// Reads a page.
+    fn read(&self, file: &mut BufReader<File>, kind: &Kind, page: usize) -> Result<Voxels, Fault> {
+        let start = self.first_byte + kind.bytes() * page as u64;
+        let cut = |error: std::io::Error| Fault::Invalid(format!("page {page}: {error}"));
+        file.seek(SeekFrom::Start(start)).map_err(cut)?;
+        let layout = Layout {
+            voxel_type: self.voxel_type,
+            endian: self.endian,
+            count: kind.width * kind.height,
+        };
+        Ok(decode::binary(&mut file.take(kind.bytes()), &layout)?)
+    }
+}
+
+impl Pages {
+    /// Finds the pages of a stack of ImageJ that has the directory of the first of its images alone.
+    fn find_bare(
+        &mut self,
+        decoder: &mut Decoder<BufReader<File>>,
+        images: usize,
+    ) -> Result<(), Fault> {
+        let fault = |error| fault_of_page(0, &error);
+        let mut number = |tag| decoder.find_tag_unsigned::<u16>(tag).map_err(fault);
+        let (compression, format) = (number(Tag::Compression)?, number(Tag::SampleFormat)?);
+        let strips = decoder
+            .find_tag_unsigned_vec::<u64>(Tag::StripOffsets)
+            .map_err(fault)?;
+        let plain = CompressionMethod::None.to_u16();
+        let voxel_type = match (self.kind.bits, format.unwrap_or(1)) {
+            (8, 1) => VoxelType::U8,
+            (16, 1) => VoxelType::U16,
+            (16, 2) => VoxelType::I16,
+            (32, 3) => VoxelType::F32,
+            _ => return Ok(()),
+        };
+        let (1, Some(&[first_byte]), true) = (
+            self.kind.components,
+            strips.as_deref(),
+            compression.unwrap_or(plain) == plain,
+        ) else {
+            return Ok(());
+        };
+        let needed = self.kind.bytes().saturating_mul(images as u64);
+        if first_byte.saturating_add(needed) <= self.held {
+            self.count = images;
+            self.bare = Some(Bare {
+                first_byte,
+                endian: match decoder.byte_order() {
+                    ByteOrder::LittleEndian => Endian::Little,
+                    ByteOrder::BigEndian => Endian::Big,
+                },
+                voxel_type,
+            });
+        }
+        Ok(())
+    }
+}
+
 fn look_at(file: File, held: u64, files: usize) -> Result<Pages, Fault> {
     let limits = limits(held);
     let mut decoder = opened(file, limits.clone())?;
@@ -114,6 +213,7 @@ fn look_at(file: File, held: u64, files: usize) -> Result<Pages, Fault> {
         count: 0,
         held,
         first: first_page(&mut decoder)?,
+        bare: None,
         limits,
     };
     let mut promised = 0u64;
@@ -134,6 +234,9 @@ fn look_at(file: File, held: u64, files: usize) -> Result<Pages, Fault> {
                  pyramids are not read)"
             )));
         }
+    }
+    if let (1, Some(images)) = (pages.count, notes::images_of_image_j(&pages.first)) {
+        pages.find_bare(&mut decoder, images)?;
     }
     if files > 1 && pages.count > 1 {
         let count = pages.count;

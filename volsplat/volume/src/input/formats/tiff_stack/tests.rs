@@ -187,7 +187,10 @@ fn notes_of_image_j_and_ome_give_the_spacing() {
             ome("SizeC=\"2\" SizeT=\"1\""),
             "2 channels (0, 1): choose one with component=N",
         ),
-        (ome("SizeC=\"3\" SizeT=\"1\""), "planes in further files"),
+        (
+            ome("SizeC=\"3\" SizeT=\"1\""),
+            "does not say where the others are",
+        ),
         (
             "ImageJ=1.53\nimages=2\nchannels=2\n".to_owned(),
             "2 channels (0, 1): choose one",
@@ -198,7 +201,7 @@ fn notes_of_image_j_and_ome_give_the_spacing() {
         ),
         (
             "ImageJ=1.53\nimages=3000\nslices=3000\n".to_owned(),
-            "beyond 4 GB",
+            "do not lie unpacked behind them",
         ),
         ("ImageJ=1.53\nspacing=0\n".to_owned(), "above 0"),
     ] {
@@ -344,12 +347,76 @@ fn channels_of_ome_have_names_and_colours_and_planes_their_order() {
         ),
         (
             "<TiffData IFD=\"0\"><UUID>a</UUID></TiffData><TiffData IFD=\"1\"><UUID>b</UUID></TiffData>",
-            "its planes lie in 2 files",
+            "its planes lie in 2 files without names",
         ),
     ] {
         let refused = refusal(&pages("XYZCT", planes));
         assert!(refused.contains(named), "{named}: {refused}");
     }
+}
+
+#[test]
+fn planes_of_ome_are_found_in_the_files_that_its_description_names() {
+    let planes = "<TiffData FirstC=\"0\" IFD=\"0\" PlaneCount=\"2\"><UUID FileName=\"a.ome.tif\">urn:a</UUID></TiffData>\
+         <TiffData FirstC=\"1\" IFD=\"1\"><UUID FileName=\"b.ome.tif\">urn:b</UUID></TiffData>\
+         <TiffData FirstC=\"1\" FirstZ=\"1\" IFD=\"0\"><UUID FileName=\"b.ome.tif\">urn:b</UUID></TiffData>";
+    let text = |planes: &str| {
+        format!(
+            "<OME UUID=\"urn:a\"><Image><Pixels SizeX=\"3\" SizeY=\"2\" SizeZ=\"2\" SizeC=\"2\" SizeT=\"1\" DimensionOrder=\"XYZCT\">\
+             {planes}</Pixels></Image></OME>"
+        )
+    };
+    let folder = Folder::new();
+    let first = folder.write("a.ome.tif", &[&hyperstack(&text(planes), 2, None)]);
+    // The others name the file that describes them.
+    let binary =
+        "<OME UUID=\"urn:b\"><BinaryOnly MetadataFile=\"a.ome.tif\" UUID=\"urn:a\"/></OME>";
+    let second = folder.write("b.ome.tif", &[&hyperstack(binary, 2, None)]);
+    let slices = |path: &std::path::Path, component: usize| -> Result<Vec<f64>, Error> {
+        let options = LoadOptions {
+            component: Some(component),
+            ..LoadOptions::default()
+        };
+        let volume = load(path, &options)?;
+        Ok((0..volume.dims[2]).map(|z| volume.value(6 * z)).collect())
+    };
+    for path in [&first, &second] {
+        assert_eq!(slices(path, 0).expect("readable"), [0.0, 1.0]);
+        assert_eq!(slices(path, 1).expect("readable"), [1.0, 0.0]);
+    }
+    for (bad, named) in [
+        ("b.ome.tif\">", "c.ome.tif\">"),
+        ("b.ome.tif\">", "../b.ome.tif\">"),
+        ("IFD=\"1\"", "IFD=\"7\""),
+    ]
+    .map(|(from, to)| (planes.replace(from, to), to))
+    {
+        let path = folder.write("d.ome.tif", &[&hyperstack(&text(&bad), 2, None)]);
+        let refused = slices(&path, 1).expect_err(named).to_string();
+        let expected = ["c.ome.tif", "points outside", "page 7 of a file of 2 pages"];
+        assert!(
+            expected.iter().any(|word| refused.contains(word)),
+            "{named}: {refused}"
+        );
+    }
+}
+
+#[test]
+fn images_of_image_j_without_directories_lie_behind_the_first() {
+    let text = "ImageJ=1.53\nimages=4\nchannels=2\nslices=2\n";
+    let mut bytes = hyperstack(text, 1, None);
+    // Directories may stand behind the first image: a strip at the end of the file makes room for the others.
+    let strip = u32::try_from(bytes.len()).expect("short");
+    let offset = bytes
+        .windows(8)
+        .position(|entry| entry[..2] == 273u16.to_le_bytes() && entry[2..4] == 4u16.to_le_bytes())
+        .expect("StripOffsets");
+    bytes[offset + 8..][..4].copy_from_slice(&strip.to_le_bytes());
+    bytes.extend((0..24).map(|i| i / 6 + 10));
+    assert_eq!(slices_of(&bytes, Some(0), None), [10.0, 12.0]);
+    assert_eq!(slices_of(&bytes, Some(1), None), [11.0, 13.0]);
+    let refused = refusal(&bytes[..bytes.len() - 1]);
+    assert!(refused.contains("ImageJ says 4 images"), "{refused}");
 }
 
 /// A folder with the slices 1, 2 and 10, each filled with its number.
