@@ -52,7 +52,7 @@ fn is_slice(word: &OsString) -> bool {
     is_known && path.is_file()
 }
 
-/// True if the names are equal but for their numbers.
+/// True if the names are equal except for their numbers.
 fn differ_in_numbers(files: &[OsString]) -> bool {
     let without_digits = |file: &OsString| -> String {
         let letters = name(Path::new(file));
