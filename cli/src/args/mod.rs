@@ -172,7 +172,7 @@ pub struct VolsplatArgs {
     /// The step of a volume over time that decides look and view, counted from 0; all: the values of all of them
     #[arg(long, value_name = "all|STEP", value_parser = values::look_of, default_value = "all", help_heading = "Several pictures")]
     pub look_of: LookOf,
-    /// The step that all pictures show, where a page asks for them.
+    /// The step that all pictures show; the viewer's page sets it for a turntable.
     #[arg(skip)]
     pub only_step: Option<usize>,
     /// How it is drawn.

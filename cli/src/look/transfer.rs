@@ -94,7 +94,8 @@ pub(crate) fn warning(args: &TransferArgs, volume: &dyn Described) -> Option<Str
     ))
 }
 
-/// A warning where a window holds all values, which its two numbers as its ends would not: in many programs they are the ends.
+/// A warning if a level and a width span more than all values, although the same numbers, as the ends of a window, lie among the values. Many programs
+/// take the ends.
 fn wide_window(Window { level, width }: Window, [least, most]: [f64; 2]) -> Option<String> {
     let [low, high] = [level - 0.5 * width, level + 0.5 * width];
     let is_meant = least <= level && level < width && width <= most;

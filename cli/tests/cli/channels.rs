@@ -7,7 +7,7 @@ use super::{Bench, assert_good, read_png};
 
 /// An OME-Zarr image of 8x8x8 voxels, two times and as many channels as `omero` describes. Channel c is a slab of 2 voxels from x = 2c on, whose
 /// value is 100 at time 0 and 50 at time 1, over a background of 10.
-fn image(bench: &Bench, omero: &Value) {
+pub(super) fn image(bench: &Bench, omero: &Value) {
     let channels = omero.as_array().expect("channels").len();
     let axes = ["t", "c", "z", "y", "x"].map(|name| match name {
         "t" => json!({ "name": name, "type": "time" }),
@@ -36,7 +36,7 @@ fn image(bench: &Bench, omero: &Value) {
 }
 
 /// Three channels: red, green, and one of no colour that is switched off.
-fn three() -> Value {
+pub(super) fn three() -> Value {
     let window = json!({ "start": 20, "end": 100 });
     json!([
         { "label": "DAPI", "color": "FF0000", "window": window },

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::bad_input::assert_refused;
-use super::{Bench, assert_good, read_png};
+use super::{Bench, assert_good, channels, read_png};
 
 /// A step of 16x16x16 numbers: a block of 4 voxels at x, of a value, over 10.
 pub(super) fn step(x: usize, value: f32) -> Vec<u8> {
@@ -54,37 +54,17 @@ fn seen(bench: &Bench, name: &str) -> (usize, f64, f64) {
     )
 }
 
-/// A NIfTI file of two volumes of 8x8x8 bytes, a corner of 200 and then of 100.
-fn two_times() -> Vec<u8> {
-    let mut file = vec![0u8; 352];
-    file[..4].copy_from_slice(&348i32.to_le_bytes());
-    for (axis, size) in [4i16, 8, 8, 8, 2, 1, 1, 1].into_iter().enumerate() {
-        file[40 + 2 * axis..][..2].copy_from_slice(&size.to_le_bytes());
-    }
-    file[70..72].copy_from_slice(&2i16.to_le_bytes());
-    file[72..74].copy_from_slice(&8i16.to_le_bytes());
-    for axis in 0..5 {
-        file[76 + 4 * axis..][..4].copy_from_slice(&1f32.to_le_bytes());
-    }
-    file[108..112].copy_from_slice(&352f32.to_le_bytes());
-    file[344..348].copy_from_slice(b"n+1\0");
-    for value in [200, 100] {
-        file.extend((0..512).map(|i| if i % 8 < 4 { value } else { 0 }));
-    }
-    file
-}
-
 #[test]
 fn a_film_of_a_file_shows_all_its_points_in_time() {
     let bench = Bench::new();
-    bench.write("two.nii", &two_times());
-    let size = "--size 16x16 --window 0..250";
+    channels::image(&bench, &channels::three());
+    let size = "--size 16x16";
     for (file, output) in [
-        ("two.nii#time=all", "all%d"),
-        ("two.nii", "film%d"),
-        ("two.nii#time=0", "first%d"),
-        ("two.nii#time=1", "second%d"),
-        ("two.nii", "one"),
+        ("cells.zarr#time=all", "all%d"),
+        ("cells.zarr", "film%d"),
+        ("cells.zarr#time=0", "first%d"),
+        ("cells.zarr#time=1", "second%d"),
+        ("cells.zarr", "one"),
     ] {
         assert_good(&bench.run(&format!("volsplat {file} -o out/{output}.png {size}")));
     }
@@ -99,7 +79,7 @@ fn a_film_of_a_file_shows_all_its_points_in_time() {
     );
     // Around a still object: its first point in time.
     assert_good(&bench.run(&format!(
-        "volsplat two.nii -o out/turn%d.png {size} --turntable 3"
+        "volsplat cells.zarr -o out/turn%d.png {size} --turntable 3"
     )));
     assert_eq!(
         bench

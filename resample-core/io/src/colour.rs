@@ -53,7 +53,7 @@ pub fn size(part: &Part) -> Result<[u32; 2], Error> {
     }
 }
 
-/// Focal length of a photograph's lens before a picture of 36 mm by 24 mm, mm, as its EXIF data state it.
+/// The 35 mm equivalent focal length of a photograph's lens, mm, from its EXIF data.
 ///
 /// # Errors
 /// As [`size`].

@@ -1,6 +1,6 @@
-//! Tips for options that other programs have, and for values that stand where they are not looked for.
+//! Tips for options that other programs have, for values after a space that belong after an equals sign, and for values that are missing.
 //!
-//! Takes an error of the command line's parser with the words that were typed, gives it with our tip in place of the parser's guess.
+//! Takes an error of the command line's parser with the words that were typed, gives it with our tip in place of the parser's guess. A tip never names an option that the command does not have.
 
 use std::ffi::OsString;
 
@@ -8,38 +8,55 @@ use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, Command};
 
-/// Options of other programs, each with ours.
-const OF_OTHERS: [(&str, &str); 14] = [
+/// Options of other programs, each with the name of our argument and a tip on it.
+const OF_OTHERS: [(&str, &str, &str); 13] = [
     (
         "--clim",
+        "window",
         "--window LOW..HIGH chooses the values that are drawn",
     ),
-    ("--depth", "the depth map is the second file: PICTURE DEPTH"),
-    ("--ground", "--shadows=ground draws a shadow on a ground"),
-    ("--height", "--size WxH is the size of the picture"),
+    (
+        "--depth",
+        "depth",
+        "the depth map is the second file: PICTURE DEPTH",
+    ),
+    (
+        "--ground",
+        "shadows",
+        "--shadows=ground draws a shadow on a ground",
+    ),
+    ("--height", "size", "--size WxH is the size of the picture"),
     (
         "--isosurface",
+        "iso",
         "--iso VALUE draws a surface, --with-iso VALUE one in the volume",
     ),
+    ("--label", "caption", "--caption TEXT writes a line of text"),
     (
-        "--label",
-        "--caption TEXT writes a line of text, --labels says that values are labels",
+        "--overlay",
+        "also",
+        "--also FILE LOOK draws another volume with it",
     ),
-    ("--mask", "--also FILE labels lays labels over a volume"),
-    ("--overlay", "--also FILE LOOK draws another volume with it"),
     (
         "--range",
+        "window",
         "--window LOW..HIGH chooses the values that are drawn",
     ),
-    ("--resolution", "--size WxH is the size of the picture"),
+    (
+        "--resolution",
+        "size",
+        "--size WxH is the size of the picture",
+    ),
     (
         "--rotate",
+        "orbit",
         "--orbit AZ,EL turns the view, --turntable N goes around",
     ),
-    ("--title", "--caption TEXT writes a line of text"),
-    ("--width", "--size WxH is the size of the picture"),
+    ("--title", "caption", "--caption TEXT writes a line of text"),
+    ("--width", "size", "--size WxH is the size of the picture"),
     (
         "--with-labels",
+        "also",
         "--also FILE labels lays labels over a volume",
     ),
 ];
@@ -65,18 +82,18 @@ pub(crate) fn with_tip(
     let Some(ContextValue::String(invalid)) = error.get(ContextKind::InvalidArg) else {
         return error;
     };
+    let command = words
+        .get(1)
+        .and_then(|word| program.find_subcommand(word.to_str()?));
     let option = invalid.split([' ', '=', '[']).next().unwrap_or_default();
-    let listed = |tips: &[(&str, &str)]| {
-        let known = tips.iter().find(|(name, _)| *name == option);
-        known.map(|(_, tip)| (*tip).to_owned())
-    };
-    let tip = match error.kind() {
-        ErrorKind::UnknownArgument => {
-            listed(&OF_OTHERS).or_else(|| value_behind(invalid, words, program))
+    let tip = match (error.kind(), command) {
+        (ErrorKind::UnknownArgument, Some(command)) => {
+            of_others(option, command).or_else(|| value_behind(invalid, words, command))
         }
-        ErrorKind::InvalidValue => listed(&WITHOUT_VALUE).filter(|_| {
-            matches!(error.get(ContextKind::InvalidValue), Some(ContextValue::String(value)) if value.is_empty())
-        }),
+        (ErrorKind::InvalidValue, _) if is_without_value(&error) => {
+            let known = WITHOUT_VALUE.iter().find(|(name, _)| *name == option);
+            known.map(|(_, tip)| (*tip).to_owned())
+        }
         _ => None,
     };
     if let Some(tip) = tip {
@@ -87,21 +104,25 @@ pub(crate) fn with_tip(
     error
 }
 
-/// The tip for a value behind a space, of an option that takes its value behind an equals sign.
-fn value_behind(value: &str, words: &[OsString], program: &Command) -> Option<String> {
+fn is_without_value(error: &clap::Error) -> bool {
+    matches!(error.get(ContextKind::InvalidValue), Some(ContextValue::String(value)) if value.is_empty())
+}
+
+/// The tip for an option of another program, if the command has ours.
+fn of_others(option: &str, command: &Command) -> Option<String> {
+    let (_, ours, tip) = OF_OTHERS.iter().find(|(name, ..)| *name == option)?;
+    let has_ours = command.get_arguments().any(|arg| arg.get_id() == ours);
+    has_ours.then(|| (*tip).to_owned())
+}
+
+/// The tip for a value after a space, of an option that takes its value after an equals sign.
+fn value_behind(value: &str, words: &[OsString], command: &Command) -> Option<String> {
     let place = words.iter().position(|word| word.to_str() == Some(value))?;
     let option = words.get(place.checked_sub(1)?)?.to_str()?;
-    let command = program.find_subcommand(words.get(1)?.to_str()?)?;
-    let is_meant = |arg: &&Arg| {
-        arg.is_require_equals_set()
-            && arg
-                .get_long()
-                .is_some_and(|long| option.strip_prefix("--") == Some(long))
-    };
-    command.get_arguments().find(is_meant)?;
-    Some(format!(
-        "{option} takes its value behind '=': {option}={value}"
-    ))
+    let long = option.strip_prefix("--")?;
+    let is_meant = |arg: &Arg| arg.is_require_equals_set() && arg.get_long() == Some(long);
+    let takes_equals = command.get_arguments().any(is_meant);
+    takes_equals.then(|| format!("{option} takes its value behind '=': {option}={value}"))
 }
 
 #[cfg(test)]
@@ -131,11 +152,30 @@ mod tests {
     }
 
     #[test]
-    fn options_of_other_programs_lead_to_ours() {
-        for (name, tip_of_it) in OF_OTHERS {
-            let told = tip(&format!("resample warp3d a.png b.png -o a.png {name} x"));
-            assert!(told.contains(tip_of_it), "{name}: {told}");
-            assert!(!told.contains("similar argument"), "{told}");
+    fn options_of_other_programs_lead_to_ours_where_the_command_has_them() {
+        let drawing = [
+            "volsplat a",
+            "texmap a",
+            "warp3d a b",
+            "points a",
+            "gaussians a",
+        ];
+        for (name, ours, tip_of_it) in OF_OTHERS {
+            let mut count = 0;
+            for words in drawing {
+                let command = words.split(' ').next().expect("a word");
+                let known = Cli::command();
+                let known = known.find_subcommand(command).expect("a command");
+                let has = |name: &str| known.get_arguments().any(|arg| arg.get_id() == name);
+                let told = tip(&format!("resample {words} -o a.png {name} x"));
+                assert_eq!(
+                    told.contains(tip_of_it),
+                    has(ours),
+                    "{words} {name}: {told}"
+                );
+                count += usize::from(has(ours));
+            }
+            assert!(count > 0, "{name}: a command has {ours}");
         }
     }
 

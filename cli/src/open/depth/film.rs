@@ -34,7 +34,7 @@ fn is_pair(args: &Warp3dArgs) -> bool {
     views.stereo.is_some() && is_alone && (is_plane || args.baseline_around().is_some())
 }
 
-/// The note of a lens that nothing tells.
+/// The note on an unknown lens.
 pub(super) fn unknown_lens() -> String {
     format!("note: the lens is unknown: it is taken as {FOV} (--from says another)")
 }

@@ -11,10 +11,10 @@ use crate::cameras::viewpoint::Viewpoint;
 use crate::open::depth::film;
 use crate::process::report;
 
-/// Half of the diagonal of a picture of 36 mm by 24 mm, mm: focal lengths are compared by it.
+/// Half of the diagonal of 35 mm film, 36 mm by 24 mm: equivalent focal lengths have the same diagonal field of view.
 const HALF_DIAGONAL_MM: f64 = 21.633;
 
-/// Sets what was not typed. Depth of no unit is for looking at: its holes are filled.
+/// Sets the lens of a photograph, and the filling of holes for relative depth, where they were not typed.
 pub(crate) fn set_defaults(args: &mut Warp3dArgs) -> Result<()> {
     set_lens(args)?;
     if args.meaning.kind() == DepthKind::Relative && !args.render.has("fill") {
@@ -28,7 +28,7 @@ pub(crate) fn set_defaults(args: &mut Warp3dArgs) -> Result<()> {
     Ok(())
 }
 
-/// Sets the lens where none was typed: that of the photograph's EXIF data, else, for depth of no unit, that of films.
+/// Sets the lens from the photograph's EXIF data; without those, relative depth gets the lens of films.
 fn set_lens(args: &mut Warp3dArgs) -> Result<()> {
     let cameras = &args.cameras;
     let is_typed = cameras.from.is_some() || cameras.intrinsics.is_some();

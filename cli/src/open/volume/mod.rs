@@ -177,7 +177,7 @@ impl OpenVolume {
         self.steps.as_ref().map_or(1, |steps| steps.inputs.len())
     }
 
-    /// The option by which the command looks at the steps that were looked at here, where nobody typed it.
+    /// The option `--look-of` of the copied command, if the viewer chose the step by itself.
     pub(crate) fn look_word(&self) -> Option<String> {
         match self.steps.as_ref()?.look_of {
             LookOf::Step(step) if self.args.look_of == LookOf::All => {

@@ -17,9 +17,9 @@ use crate::values;
 /// A slice.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Cut<'a> {
-    /// That of an axis of the grid and a voxel along it.
+    /// The slice at a voxel along an axis of the grid.
     Voxels(usize, usize),
-    /// That of a grid with one layer, such as [`Lattice::on_plane`] gives.
+    /// The slice on a grid with one layer, such as [`Lattice::on_plane`] gives.
     Grid(&'a Lattice),
 }
 

@@ -32,25 +32,27 @@ pub(crate) struct TimeSteps {
 }
 
 impl TimeSteps {
-    /// The steps that the input names by a pattern, a list or its points in time; `None` where it names one volume. Where pictures follow one
-    /// another, a file without a named point in time gives all that it holds; the viewer then looks at the first alone, not to read them all before
-    /// its first picture.
+    /// The steps that the input names by a pattern, a list or its points in time; `None` where it names one volume.
+    ///
+    /// Films, numbered pictures and the viewer take all points in time of a file if the input names none. The viewer then decides the look from the
+    /// first, because reading all of them would delay its first picture.
     pub(crate) fn of(args: &VolsplatArgs, purpose: Purpose) -> Result<Option<Self>> {
         if args.source.held().is_some() {
             return Ok(None);
         }
         let input = &args.input;
-        let mut look_of = args.look_of;
-        let mut times = times_of(input)?;
         let is_viewed = purpose == Purpose::Change || args.only_step.is_some();
-        if times.is_none() && (is_viewed || is_moving(args)?) {
-            times = unnamed_times(args)?;
-            if times.is_some() && is_viewed && look_of == LookOf::All {
+        let mut look_of = args.look_of;
+        let named = times_of(input)?.map(|(range, others)| steps_of(args, range, &others));
+        let mut inputs = named.transpose()?;
+        if inputs.is_none() && (is_viewed || is_moving(args)?) {
+            inputs = unnamed_times(args)?;
+            if inputs.is_some() && is_viewed && look_of == LookOf::All {
                 look_of = LookOf::Step(0);
             }
         }
-        let inputs = match times {
-            Some((range, others)) => steps_of(args, range, &others)?,
+        let inputs = match inputs {
+            Some(inputs) => inputs,
             None => {
                 let Some(files) = volsplat::input::step_files(&input.path)? else {
                     return Ok(None);
@@ -138,7 +140,7 @@ impl TimeSteps {
     }
 }
 
-/// True where pictures of a view that rests follow one another: in a film, or in numbered files.
+/// True if the output is a film or numbered files, and the camera rests.
 fn is_moving(args: &VolsplatArgs) -> Result<bool> {
     if args.sequence.turntable.is_some() || args.sequence.path.is_some() {
         return Ok(false);
@@ -147,8 +149,8 @@ fn is_moving(args: &VolsplatArgs) -> Result<bool> {
     Ok(film.is_some() || FrameNames::from_pattern(&args.output)?.is_some())
 }
 
-/// All points in time of a file that holds several, none of which is named.
-fn unnamed_times(args: &VolsplatArgs) -> Result<Option<(Option<FrameRange>, Vec<String>)>> {
+/// All points in time as steps; `None` if the input names one of them or the file holds only one.
+fn unnamed_times(args: &VolsplatArgs) -> Result<Option<Vec<InputFile>>> {
     let input = &args.input;
     let part = input.part.iter().flat_map(|part| part.split(','));
     let others: Vec<String> = part.map(str::to_owned).collect();
@@ -156,9 +158,8 @@ fn unnamed_times(args: &VolsplatArgs) -> Result<Option<(Option<FrameRange>, Vec<
     if names_time || !input.path.exists() {
         return Ok(None);
     }
-    let options = load_options(&args.volume, input, &args.volume.reading.gate())?;
-    let count = volsplat::input::axes_of(&input.path, &options)?.times;
-    Ok((count > 1).then_some((None, others)))
+    let steps = steps_of(args, None, &others)?;
+    Ok((steps.len() > 1).then_some(steps))
 }
 
 /// The points in time of a part such as `time=all` or `time=3..9`, and the rest of the part.

@@ -61,7 +61,7 @@ impl<'a> Canvas<'a> {
         }
     }
 
-    /// A line of text. One that stands at a place of the picture is moved to lie inside it as a whole, where it fits.
+    /// Draws a line of text. If its anchor lies inside the picture, the text is moved so that all of it is inside.
     pub(super) fn text(&mut self, text: &str, em_px: f64, at: DVec2, anchor: Anchor) {
         let at = self.moved_inside(at, anchor, text::size(text, em_px));
         if let Some(mask) = text::mask(text, em_px, at, anchor) {
@@ -69,7 +69,7 @@ impl<'a> Canvas<'a> {
         }
     }
 
-    /// The place of a box of letters that is moved inside the picture; those of places outside stay.
+    /// The anchor at which a box of letters lies inside the picture. Anchors outside the picture stay, and so do boxes that are too large.
     fn moved_inside(&self, at: DVec2, Anchor(anchor): Anchor, size: DVec2) -> DVec2 {
         let picture = DVec2::from_array(self.size);
         let margin = DVec2::splat(EDGE_EMS * self.em);
@@ -116,7 +116,7 @@ impl<'a> Canvas<'a> {
 
     /// A line of the box of axes, in the colour of letters.
     pub(super) fn deep_line(&mut self, from: (DVec2, f64), to: (DVec2, f64)) {
-        // Over a ground that is not known grey shows best: white and black both do not everywhere.
+        // On an unknown ground grey, which shows on white and on black.
         let grey = match self.ground {
             Ground::Light => [0.1; 3],
             Ground::Unknown => [0.25; 3],

@@ -56,7 +56,7 @@ pub(crate) fn size(path: &Path) -> Result<[u32; 2], Error> {
     Ok(turned_size(format, &mut decoder))
 }
 
-/// Focal length of the photograph's lens before a picture of 36 mm by 24 mm, mm, as its EXIF data state it.
+/// The 35 mm equivalent focal length of a photograph's lens, mm, from its EXIF data.
 pub(crate) fn focal_length_mm(path: &Path) -> Result<Option<f64>, Error> {
     let (_, mut decoder) = checked_decoder(path)?;
     let bytes = decoder.exif_metadata().ok().flatten();
@@ -69,7 +69,7 @@ pub(crate) fn focal_length_mm(path: &Path) -> Result<Option<f64>, Error> {
     Ok(focal.filter(|&length| length > 0).map(f64::from))
 }
 
-/// The turn that shows a photograph upright. Other pictures are stored as they are seen.
+/// The EXIF orientation of a photograph. Other formats are stored upright.
 fn orientation(format: ImageFormat, decoder: &mut impl ImageDecoder) -> Orientation {
     match format {
         ImageFormat::Jpeg | ImageFormat::WebP => {
@@ -79,7 +79,7 @@ fn orientation(format: ImageFormat, decoder: &mut impl ImageDecoder) -> Orientat
     }
 }
 
-/// Width and height once the picture is upright.
+/// Width and height of the upright picture.
 fn turned_size(format: ImageFormat, decoder: &mut impl ImageDecoder) -> [u32; 2] {
     let (width, height) = decoder.dimensions();
     match orientation(format, decoder) {

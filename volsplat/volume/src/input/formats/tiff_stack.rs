@@ -103,13 +103,13 @@ pub(crate) fn load(
 /// The directories of one of `files`, and the description of its pages. Of several files each is a slice, whatever its description.
 fn described(path: &Path, files: usize, gate: &Gate) -> Result<(Pages, Notes), Error> {
     let mut pages = Pages::look_at(path, files)?;
-    let (uuid, describing) = notes::described_by(&pages.first);
-    if let (1, Some(name)) = (files, describing) {
+    let mut own = Own { path, uuid: None };
+    if let (1, Some(master)) = (files, notes::master(&pages.first)) {
         let folder = path.parent().unwrap_or(Path::new(""));
-        let file = gate.named_file(&name, folder, folder);
+        let file = gate.named_file(&master.file, folder, folder);
         pages.first.text = pages::description(&file.map_err(|what| invalid(path, what))?)?;
+        own.uuid = master.own_uuid;
     }
-    let own = Own { path, uuid };
     let notes = Notes::of(&pages.first, &own, (pages.count, pages.kind.components));
     let notes = match (files, notes) {
         (1, notes) => notes.map_err(|fault| fault.at(path))?,

@@ -3,7 +3,7 @@
 //! Takes the text and the tags of the first page, returns [`Notes`]. Source: the OME data model 2016-06 (Pixels, Channel, TiffData); of
 //! ImageJ, its file saver's lines `channels=`, `slices=`, `frames=` and its metadata tag, which holds look-up tables and windows.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use roxmltree::{Document, Node};
@@ -32,9 +32,10 @@ pub(crate) struct Place {
     pub(crate) page: usize,
 }
 
-/// The name of a file, and the mark by which the descriptions of OME know it.
+/// The file whose pages are described.
 pub(crate) struct Own<'a> {
     pub(crate) path: &'a Path,
+    /// Its UUID, where the description is that of another file.
     pub(crate) uuid: Option<String>,
 }
 
@@ -57,18 +58,28 @@ pub(crate) struct Notes {
 /// Most planes of an image in several files, whose number no file's length bounds: 1000 times of 1000 slices. A guess.
 const MAX_PLANES: usize = 1 << 20;
 
-/// The mark of a file in its own description of OME, and the file that describes it where its own text only names that.
-pub(crate) fn described_by(first: &FirstPage) -> (Option<String>, Option<String>) {
-    let text = first.text.as_deref().unwrap_or_default();
-    let Some(document) = is_ome(text).then(|| Document::parse(text).ok()).flatten() else {
-        return (None, None);
-    };
-    let uuid = document.root_element().attribute("UUID");
-    let other = document
-        .descendants()
-        .find(|node| node.has_tag_name("BinaryOnly"))
-        .and_then(|node| node.attribute("MetadataFile"));
-    (uuid.map(str::to_owned), other.map(str::to_owned))
+/// Most planes that all elements of an image place, which take a second: a forged text may place each plane with each element. A guess.
+const MAX_PLACED: usize = 1 << 28;
+
+/// The file that describes a file of OME whose own text only names it.
+pub(crate) struct Master {
+    /// Its name, in the same folder.
+    pub(crate) file: String,
+    /// The UUID of the file that names it.
+    pub(crate) own_uuid: Option<String>,
+}
+
+/// The master file that the first page names, if it names one.
+pub(crate) fn master(first: &FirstPage) -> Option<Master> {
+    let text = first.text.as_deref()?;
+    let is_binary = is_ome(text) && text.contains("BinaryOnly");
+    let document = is_binary.then(|| Document::parse(text).ok()).flatten()?;
+    let mut nodes = document.descendants();
+    let node = nodes.find(|node| node.has_tag_name("BinaryOnly"))?;
+    Some(Master {
+        file: node.attribute("MetadataFile")?.to_owned(),
+        own_uuid: document.root_element().attribute("UUID").map(str::to_owned),
+    })
 }
 
 fn is_ome(text: &str) -> bool {
@@ -311,7 +322,9 @@ fn ome(text: &str, own: &Own, pages: usize, colours: usize) -> Result<Notes, Fau
         order.sizes[0] = pages;
     }
     let [depth, channels, times] = order.sizes;
-    let blocks = Blocks::of(pixels, own)?;
+    let uuid = own.uuid.as_deref();
+    let uuid = uuid.or(document.root_element().attribute("UUID"));
+    let blocks = Blocks::of(pixels, own.path, uuid)?;
     let most = match blocks.files.is_empty() {
         true => pages,
         false => MAX_PLANES,
@@ -372,7 +385,8 @@ struct Blocks<'a> {
 }
 
 impl<'a> Blocks<'a> {
-    fn of(pixels: Node<'a, 'a>, own: &Own) -> Result<Self, Fault> {
+    /// The elements of `pixels`, as the file at `path` with this UUID sees them.
+    fn of(pixels: Node<'a, 'a>, path: &Path, uuid: Option<&str>) -> Result<Self, Fault> {
         let blocks = pixels
             .children()
             .filter(|node| node.has_tag_name("TiffData"));
@@ -385,26 +399,28 @@ impl<'a> Blocks<'a> {
             .iter()
             .filter_map(|(_, mark)| mark.as_ref()?.text())
             .collect();
+        // One mark alone may be that of the file itself, which does not tell its own.
+        let is_alone = marks.len() <= 1 && uuid.is_none();
         let mut files: Vec<&str> = Vec::new();
+        let mut numbers: BTreeMap<&str, usize> = BTreeMap::new();
         let mut listed = Vec::new();
         for (block, mark) in blocks {
             let name = mark.and_then(|mark| mark.attribute("FileName"));
-            let is_named = name.is_some_and(|name| own.path.file_name() == Some(name.as_ref()));
-            let is_marked = mark.is_none_or(|mark| mark.text() == own.uuid.as_deref());
-            let file = if marks.len() <= 1 && name.is_none() || is_named || is_marked {
-                0
-            } else {
-                let name = name.ok_or_else(|| {
-                    unsupported(format!(
+            let is_named = name.is_some_and(|name| path.file_name() == Some(name.as_ref()));
+            let is_marked = mark.is_none_or(|mark| mark.text() == uuid);
+            let file = match name {
+                _ if is_alone || is_named || is_marked => 0,
+                None if marks.len() == 1 => 0,
+                None => {
+                    return Err(unsupported(format!(
                         "its planes lie in {} files without names: save them all as one file",
                         marks.len()
-                    ))
-                })?;
-                let known = files.iter().position(|known| *known == name);
-                1 + known.unwrap_or_else(|| {
+                    )));
+                }
+                Some(name) => *numbers.entry(name).or_insert_with(|| {
                     files.push(name);
-                    files.len() - 1
-                })
+                    files.len()
+                }),
             };
             listed.push((block, file));
         }
@@ -413,7 +429,8 @@ impl<'a> Blocks<'a> {
 
     /// The pages of all planes, z fastest, then the channels, then the times.
     fn pages(&self, order: &Order, pages: usize) -> Result<Vec<Place>, Fault> {
-        // Where nothing is said, pages follow one another in the order of the dimensions.
+        // Without elements, the pages follow the order of the dimensions.
+        let mut placed = 0;
         let mut page_of: Vec<Option<Place>> = vec![None; order.count().unwrap_or(0)];
         for &(block, file) in &self.listed {
             let first = |name: &str| whole(block, name).unwrap_or(0);
@@ -430,8 +447,14 @@ impl<'a> Blocks<'a> {
                 (None, Some(_)) => 1,
                 (None, None) => pages,
             };
-            let targets = page_of.iter_mut().skip(order.number(place));
-            for (number, target) in targets.take(planes).enumerate() {
+            let targets = page_of.iter_mut().skip(order.number(place)).take(planes);
+            placed += targets.len();
+            if placed > MAX_PLACED {
+                return Err(Fault::Invalid(
+                    "TiffData places the same planes again and again".to_owned(),
+                ));
+            }
+            for (number, target) in targets.enumerate() {
                 let page = page.saturating_add(number);
                 *target = Some(Place { file, page });
             }

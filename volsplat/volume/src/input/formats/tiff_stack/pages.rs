@@ -29,12 +29,12 @@ pub(crate) struct Pages {
     /// Length of the file, bytes.
     pub(crate) held: u64,
     pub(crate) first: FirstPage,
-    /// Where the pages of a stack without further directories lie.
+    /// The place of pages that have no directories of their own.
     bare: Option<Bare>,
     limits: Limits,
 }
 
-/// Pages that lie one behind the other from a place of the file on: ImageJ writes so beyond 4 GB, with the directory of the first alone.
+/// Pages without directories of their own, one after another in the file. ImageJ writes stacks beyond 4 GB this way.
 #[derive(Clone, Copy)]
 struct Bare {
     first_byte: u64,
@@ -128,7 +128,7 @@ impl Pages {
     }
 }
 
-/// The description of a file of OME: its text, or that of its first page.
+/// The OME description in a file: the file's text, or, of a TIFF file, the text of its first page.
 pub(crate) fn description(path: &Path) -> Result<Option<String>, Error> {
     let read = |source| cannot_read(path, source);
     let mut bytes = Vec::new();
@@ -160,7 +160,7 @@ impl Bare {
 }
 
 impl Pages {
-    /// Finds the pages of a stack of ImageJ that has the directory of the first of its images alone.
+    /// Finds the pages behind the first, if ImageJ says that there are so many images and they fit in the file.
     fn find_bare(
         &mut self,
         decoder: &mut Decoder<BufReader<File>>,

@@ -384,6 +384,18 @@ fn planes_of_ome_are_found_in_the_files_that_its_description_names() {
         assert_eq!(slices(path, 0).expect("readable"), [0.0, 1.0]);
         assert_eq!(slices(path, 1).expect("readable"), [1.0, 0.0]);
     }
+    // A companion file holds the text alone.
+    folder.write("set.companion.ome", &[text(planes).as_bytes()]);
+    let binary = binary.replace("a.ome.tif", "set.companion.ome");
+    let second = folder.write("b.ome.tif", &[&hyperstack(&binary, 2, None)]);
+    assert_eq!(slices(&second, 1).expect("readable"), [1.0, 0.0]);
+    // A file that was renamed after it was written is still its own.
+    let renamed =
+        "<TiffData IFD=\"0\" PlaneCount=\"4\"><UUID FileName=\"old.tif\">urn:a</UUID></TiffData>";
+    for text in [text(renamed), text(renamed).replace(" UUID=\"urn:a\"", "")] {
+        let path = folder.write("new.tif", &[&hyperstack(&text, 4, None)]);
+        assert_eq!(slices(&path, 1).expect("readable"), [2.0, 3.0]);
+    }
     for (bad, named) in [
         ("b.ome.tif\">", "c.ome.tif\">"),
         ("b.ome.tif\">", "../b.ome.tif\">"),
