@@ -53,15 +53,15 @@ pub fn size(part: &Part) -> Result<[u32; 2], Error> {
     }
 }
 
-/// The 35 mm equivalent focal length of a photograph's lens, mm, from its EXIF data.
+/// The vertical field of view of a photograph, degrees, from the 35 mm equivalent focal length of its EXIF data; `None` where it has none.
 ///
 /// # Errors
 /// As [`size`].
-pub fn focal_length_mm(part: &Part) -> Result<Option<f64>, Error> {
+pub fn fov_y_deg(part: &Part) -> Result<Option<f64>, Error> {
     if exr::is_exr(&first_bytes(&part.path, 8)?) {
         return Ok(None);
     }
-    raster::focal_length_mm(&part.path)
+    raster::fov_y_deg(&part.path)
 }
 
 /// The memory that reading a picture takes, from its header alone.

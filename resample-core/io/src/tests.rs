@@ -345,11 +345,17 @@ fn photographs_are_turned_upright_and_tell_their_lens() {
         let picture = colour::read(&photo).expect("a photograph");
         let at = |[x, y]: [usize; 2]| picture.rgb[x + size[0] as usize * y][0];
         assert!(at(white) > 0.9 && at(black) < 0.1, "{orientation}");
-        assert_eq!(
-            colour::focal_length_mm(&photo).expect("readable"),
-            Some(26.0)
-        );
+        // 26 mm: a diagonal of 79.5 degrees.
+        let side = if size == wide { 1.0 } else { 2.0 };
+        let expected = 2.0
+            * (43.266 / 2.0 / 26.0 * side / 5f64.sqrt())
+                .atan()
+                .to_degrees();
+        let found = colour::fov_y_deg(&photo)
+            .expect("readable")
+            .expect("a lens");
+        assert!((found - expected).abs() < 0.01, "{found} {expected}");
     }
-    let unknown = colour::focal_length_mm(&photo(1, 0)).expect("readable");
+    let unknown = colour::fov_y_deg(&photo(1, 0)).expect("readable");
     assert_eq!(unknown, None, "0 is no length");
 }

@@ -8,56 +8,47 @@ use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, Command};
 
-/// Options of other programs, each with the name of our argument and a tip on it.
-const OF_OTHERS: [(&str, &str, &str); 13] = [
+/// Options of other programs, with the name of our argument and a tip on it.
+const OF_OTHERS: [(&[&str], &str, &str); 8] = [
     (
-        "--clim",
-        "window",
-        "--window LOW..HIGH chooses the values that are drawn",
-    ),
-    (
-        "--depth",
-        "depth",
-        "the depth map is the second file: PICTURE DEPTH",
-    ),
-    (
-        "--ground",
-        "shadows",
-        "--shadows=ground draws a shadow on a ground",
-    ),
-    ("--height", "size", "--size WxH is the size of the picture"),
-    (
-        "--isosurface",
-        "iso",
-        "--iso VALUE draws a surface, --with-iso VALUE one in the volume",
-    ),
-    ("--label", "caption", "--caption TEXT writes a line of text"),
-    (
-        "--overlay",
-        "also",
-        "--also FILE LOOK draws another volume with it",
-    ),
-    (
-        "--range",
-        "window",
-        "--window LOW..HIGH chooses the values that are drawn",
-    ),
-    (
-        "--resolution",
+        &["--height", "--resolution", "--width"],
         "size",
         "--size WxH is the size of the picture",
     ),
     (
-        "--rotate",
+        &["--clim", "--range"],
+        "window",
+        "--window LOW..HIGH chooses the values that are drawn",
+    ),
+    (
+        &["--label", "--title"],
+        "caption",
+        "--caption TEXT writes a line of text",
+    ),
+    (
+        &["--overlay", "--with-labels"],
+        "also",
+        "--also FILE LOOK draws another volume with it, --also FILE labels its labels",
+    ),
+    (
+        &["--depth"],
+        "depth",
+        "the depth map is the second file: PICTURE DEPTH",
+    ),
+    (
+        &["--ground"],
+        "shadows",
+        "--shadows=ground draws a shadow on a ground",
+    ),
+    (
+        &["--isosurface"],
+        "iso",
+        "--iso VALUE draws a surface, --with-iso VALUE one in the volume",
+    ),
+    (
+        &["--rotate"],
         "orbit",
         "--orbit AZ,EL turns the view, --turntable N goes around",
-    ),
-    ("--title", "caption", "--caption TEXT writes a line of text"),
-    ("--width", "size", "--size WxH is the size of the picture"),
-    (
-        "--with-labels",
-        "also",
-        "--also FILE labels lays labels over a volume",
     ),
 ];
 
@@ -110,7 +101,9 @@ fn is_without_value(error: &clap::Error) -> bool {
 
 /// The tip for an option of another program, if the command has ours.
 fn of_others(option: &str, command: &Command) -> Option<String> {
-    let (_, ours, tip) = OF_OTHERS.iter().find(|(name, ..)| *name == option)?;
+    let (_, ours, tip) = OF_OTHERS
+        .iter()
+        .find(|(names, ..)| names.contains(&option))?;
     let has_ours = command.get_arguments().any(|arg| arg.get_id() == ours);
     has_ours.then(|| (*tip).to_owned())
 }
@@ -160,7 +153,10 @@ mod tests {
             "points a",
             "gaussians a",
         ];
-        for (name, ours, tip_of_it) in OF_OTHERS {
+        let each = |&(names, ours, tip): &(&'static [&str], _, _)| {
+            names.iter().map(move |name| (*name, ours, tip))
+        };
+        for (name, ours, tip_of_it) in OF_OTHERS.iter().flat_map(each) {
             let mut count = 0;
             for words in drawing {
                 let command = words.split(' ').next().expect("a word");

@@ -10,14 +10,13 @@ use warp3d::input::{DepthKind, Picture, Plane};
 use warp3d::{Fill, WarpArgs};
 
 use crate::args::{LayoutWord, Warp3dArgs};
-use crate::cameras::viewpoint;
 use crate::cameras::viewpoint::Viewpoint;
 use crate::process::report;
 use crate::process::report::{Progress, watch};
 use crate::values::input_file::{HeldPicture, HeldPictures, Source};
 
 /// The lens of a film that says nothing of it, degrees from top to bottom: 38 mm before a picture of 36 mm by 24 mm, between the usual ones of cinema.
-pub(super) const FOV: &str = "fov:35";
+pub(super) const LENS: Viewpoint = Viewpoint::Fov(35.0);
 
 /// Default surface tolerance of relative depth in a film. The noise of a network and of a film's coding makes smaller jumps within one surface. On films with truth,
 /// 0.02 to 0.05 have the error of the automatic tolerance, or up to 0.7 dB less, in half of its time.
@@ -36,7 +35,7 @@ fn is_pair(args: &Warp3dArgs) -> bool {
 
 /// The note on an unknown lens.
 pub(super) fn unknown_lens() -> String {
-    format!("note: the lens is unknown: it is taken as {FOV} (--from says another)")
+    format!("note: the lens is unknown: it is taken as {LENS} (--from says another)")
 }
 
 /// Sets the defaults of a film, where nothing else was typed: relative depth, a lens, the surface tolerance, the method of a pair, and the
@@ -53,7 +52,7 @@ pub(crate) fn set_defaults(args: &mut Warp3dArgs, film: Option<&FilmInput>) -> R
             "note: the film says that it is a panorama: it is read with --from equirectangular",
         );
     } else if !has_lens {
-        args.cameras.from = Some(viewpoint::parse(FOV).map_err(anyhow::Error::msg)?);
+        args.cameras.from = Some(LENS);
         report::say(&unknown_lens());
     }
     let is_around = args.cameras.from == Some(Viewpoint::Equirectangular);

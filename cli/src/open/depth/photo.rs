@@ -6,13 +6,9 @@ use warp3d::Fill;
 use warp3d::input::DepthKind;
 
 use crate::args::Warp3dArgs;
-use crate::cameras::viewpoint;
 use crate::cameras::viewpoint::Viewpoint;
 use crate::open::depth::film;
 use crate::process::report;
-
-/// Half of the diagonal of 35 mm film, 36 mm by 24 mm: equivalent focal lengths have the same diagonal field of view.
-const HALF_DIAGONAL_MM: f64 = 21.633;
 
 /// Sets the lens of a photograph, and the filling of holes for relative depth, where they were not typed.
 pub(crate) fn set_defaults(args: &mut Warp3dArgs) -> Result<()> {
@@ -35,21 +31,19 @@ fn set_lens(args: &mut Warp3dArgs) -> Result<()> {
     if is_typed || !cameras.reference.is_empty() {
         return Ok(());
     }
-    let focal_mm = match args.source.held() {
+    let fov_y_deg = match args.source.held() {
         Some(_) => None,
-        None => colour::focal_length_mm(&Part::from_text(&args.colour))?,
+        None => colour::fov_y_deg(&Part::from_text(&args.colour))?,
     };
-    if let Some(focal_mm) = focal_mm {
-        let [width, height] = colour::size(&Part::from_text(&args.colour))?.map(f64::from);
-        let half = HALF_DIAGONAL_MM / focal_mm * height / width.hypot(height);
-        let degrees = (10.0 * 2.0 * half.atan().to_degrees()).round() / 10.0;
+    if let Some(degrees) = fov_y_deg {
+        let degrees = (10.0 * degrees).round() / 10.0;
         args.cameras.from = Some(Viewpoint::Fov(degrees));
         report::say(&format!(
             "note: {}: the lens is that of its EXIF data, fov:{degrees} (--from says another)",
             args.colour
         ));
     } else if args.meaning.kind() == DepthKind::Relative {
-        args.cameras.from = Some(viewpoint::parse(film::FOV).map_err(anyhow::Error::msg)?);
+        args.cameras.from = Some(film::LENS);
         report::say(&film::unknown_lens());
     }
     Ok(())

@@ -56,17 +56,23 @@ pub(crate) fn size(path: &Path) -> Result<[u32; 2], Error> {
     Ok(turned_size(format, &mut decoder))
 }
 
-/// The 35 mm equivalent focal length of a photograph's lens, mm, from its EXIF data.
-pub(crate) fn focal_length_mm(path: &Path) -> Result<Option<f64>, Error> {
-    let (_, mut decoder) = checked_decoder(path)?;
+/// Half of the diagonal of 35 mm film, 36 mm by 24 mm: equivalent focal lengths have the same diagonal field of view.
+const HALF_DIAGONAL_MM: f64 = 21.633;
+
+/// The vertical field of view of a photograph, degrees, from the 35 mm equivalent focal length of its EXIF data.
+pub(crate) fn fov_y_deg(path: &Path) -> Result<Option<f64>, Error> {
+    let (format, mut decoder) = checked_decoder(path)?;
+    let [width, height] = turned_size(format, &mut decoder).map(f64::from);
     let bytes = decoder.exif_metadata().ok().flatten();
     let fields = bytes.and_then(|bytes| exif::Reader::new().read_raw(bytes).ok());
-    let focal = fields.and_then(|fields| {
+    let focal_mm = fields.and_then(|fields| {
         let field = fields.get_field(Tag::FocalLengthIn35mmFilm, In::PRIMARY)?;
         field.value.get_uint(0)
     });
     // 0 stands for an unknown length.
-    Ok(focal.filter(|&length| length > 0).map(f64::from))
+    let focal_mm = focal_mm.filter(|&length| length > 0).map(f64::from);
+    let half = |focal_mm| HALF_DIAGONAL_MM / focal_mm * height / width.hypot(height);
+    Ok(focal_mm.map(|focal_mm| 2.0 * half(focal_mm).atan().to_degrees()))
 }
 
 /// The EXIF orientation of a photograph. Other formats are stored upright.
