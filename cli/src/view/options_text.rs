@@ -19,6 +19,7 @@ use crate::args::words::session;
 use crate::args::words::typed::Typed;
 use crate::args::{ComponentLook, Drawing, GlobalArgs, ServeArgs};
 use crate::cameras::viewpoint::Viewpoint;
+use crate::open::depth::photo;
 use crate::values;
 use crate::values::BackgroundWord;
 use crate::values::input_file::Held;
@@ -108,9 +109,6 @@ const REPLACED: [&str; 9] = [
     "to",
 ];
 
-/// Field of view of a picture whose camera nobody knows, degrees: that of a phone's main camera, held upright. A guess.
-const UNKNOWN_FOV_Y_DEG: f64 = 60.0;
-
 /// The name under which the command line is parsed; nothing of that name is written.
 const OUTPUT: &str = "view.png";
 
@@ -123,6 +121,8 @@ pub(crate) struct Words {
     pub(crate) global: GlobalArgs,
     /// The scene, where it is no file.
     held: Option<Held>,
+    /// The lens of a picture, where none was typed.
+    lens: Option<Viewpoint>,
 }
 
 /// Files that hold what the page has edited.
@@ -180,13 +180,21 @@ impl Words {
     ) -> Result<Self, clap::Error> {
         let command = command(application);
         let matches = command.clone().try_get_matches_from(words)?;
-        Ok(Self {
+        let mut words = Self {
             application,
             serve: ServeArgs::from_arg_matches(&matches)?,
             global: GlobalArgs::from_arg_matches(&matches)?,
             typed: Typed::of(command, &matches),
             held,
-        })
+            lens: None,
+        };
+        if let Drawing::Warp3d(args) = words.parsed(&matches)?
+            && args.cameras.from.is_none()
+            && args.cameras.intrinsics.is_none()
+        {
+            words.lens = Some(photo::lens_of_view(&args));
+        }
+        Ok(words)
     }
 
     /// The state of the page in the session that was opened.
@@ -221,18 +229,13 @@ impl Words {
     pub(crate) fn line(&self, changes: &Changes, files: &Files) -> Result<Vec<String>> {
         let mut words = vec![self.application.name().to_owned()];
         words.extend(self.kept(changes, files));
-        if self.application == Application::Depth && !self.has_lens() {
-            words.extend(["--from".to_owned(), format!("fov:{UNKNOWN_FOV_Y_DEG}")]);
+        if let Some(lens) = &self.lens {
+            words.extend(["--from".to_owned(), lens.to_string()]);
         }
         words.extend(changed(changes)?);
         let files = files.words();
         words.extend(files.map(|word| word.to_string_lossy().into_owned()));
         Ok(words)
-    }
-
-    /// Returns true if the lens of the picture was typed.
-    fn has_lens(&self) -> bool {
-        self.typed.has("from") || self.typed.has("intrinsics")
     }
 
     /// The typed words that still hold.
@@ -263,9 +266,7 @@ impl Words {
         }
         if let Drawing::Warp3d(args) = &mut drawing {
             let cameras = &mut args.cameras;
-            if !self.has_lens() {
-                cameras.from = Some(Viewpoint::Fov(UNKNOWN_FOV_Y_DEG));
-            }
+            cameras.from = cameras.from.take().or_else(|| self.lens.clone());
             if cameras.to.is_none() {
                 cameras.to = Some(Viewpoint::Shift(DVec3::ZERO));
             }

@@ -5,7 +5,7 @@
 
 pub(crate) mod fed;
 mod film;
-mod photo;
+pub(crate) mod photo;
 pub(crate) mod frames;
 pub(crate) mod scene;
 

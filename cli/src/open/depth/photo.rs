@@ -24,6 +24,21 @@ pub(crate) fn set_defaults(args: &mut Warp3dArgs) -> Result<()> {
     Ok(())
 }
 
+/// The lens with which the viewer shows a picture whose camera was not typed: depth with a unit has that of films, too.
+pub(crate) fn lens_of_view(args: &Warp3dArgs) -> Viewpoint {
+    let exif = lens_of_exif(args);
+    exif.ok().flatten().unwrap_or(film::LENS)
+}
+
+/// The lens of a photograph by its EXIF data, to a tenth of a degree.
+fn lens_of_exif(args: &Warp3dArgs) -> Result<Option<Viewpoint>> {
+    if args.source.held().is_some() {
+        return Ok(None);
+    }
+    let degrees = colour::fov_y_deg(&Part::from_text(&args.colour))?;
+    Ok(degrees.map(|degrees| Viewpoint::Fov((10.0 * degrees).round() / 10.0)))
+}
+
 /// Sets the lens from the photograph's EXIF data; without those, relative depth gets the lens of films.
 fn set_lens(args: &mut Warp3dArgs) -> Result<()> {
     let cameras = &args.cameras;
@@ -31,17 +46,12 @@ fn set_lens(args: &mut Warp3dArgs) -> Result<()> {
     if is_typed || !cameras.reference.is_empty() {
         return Ok(());
     }
-    let fov_y_deg = match args.source.held() {
-        Some(_) => None,
-        None => colour::fov_y_deg(&Part::from_text(&args.colour))?,
-    };
-    if let Some(degrees) = fov_y_deg {
-        let degrees = (10.0 * degrees).round() / 10.0;
-        args.cameras.from = Some(Viewpoint::Fov(degrees));
+    if let Some(lens) = lens_of_exif(args)? {
         report::say(&format!(
-            "note: {}: the lens is that of its EXIF data, fov:{degrees} (--from says another)",
+            "note: {}: the lens is that of its EXIF data, {lens} (--from says another)",
             args.colour
         ));
+        args.cameras.from = Some(lens);
     } else if args.meaning.kind() == DepthKind::Relative {
         args.cameras.from = Some(film::LENS);
         report::say(&film::unknown_lens());

@@ -1,10 +1,11 @@
-//! Names of numbered pictures.
+//! Names of numbered pictures; `listed` reads lists of files, `pattern` finds the pattern of files that a shell has listed.
 //!
 //! Takes the name that was asked for, gives one name per frame. A pattern such as `%04d` in the file name is
 //! replaced by the number of the frame; without one, `_0000` and so on goes before the extension where numbers are
 //! wanted. Numbers start at 0, the index of the camera in its list.
 
 pub mod listed;
+pub mod pattern;
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
