@@ -52,6 +52,7 @@ pub(crate) fn parts(
         space: place.space,
         modality: None,
         unit: None,
+        window: None,
     };
     Ok((lattice, voxels(array, [x, y, z])?))
 }

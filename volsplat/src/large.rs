@@ -116,6 +116,7 @@ impl Block {
             space: None,
             modality: None,
             unit: None,
+            window: None,
         };
         Ok(Self { region, volume })
     }

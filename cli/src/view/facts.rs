@@ -53,7 +53,7 @@ pub(crate) fn volume(open: &OpenVolume) -> Value {
         "range": [low, high],
         "corners": lattice.bounds_in_world().map(|corner| corner.to_array()),
         "bars": bars(&histogram, volume.value_range()),
-        "window": histogram.usual_window(),
+        "window": volume.slice_window(),
         "function": function(open),
         "maps": maps,
         "presets": presets,

@@ -53,7 +53,7 @@ def view(
         scene: a :class:`Volume`, :class:`Gaussians`, :class:`Mesh`, :class:`DepthImage` or :class:`Points`, or whatever a :class:`Volume` is made of.
         through: how a browser reaches a port of this machine, where that is another one: ``"/proxy/{port}"`` with
             jupyter-server-proxy (``"/user/NAME/proxy/{port}"`` on a JupyterHub).
-        port: of the page; any that is free if not given.
+        port: of the page; 7467 if not given, or any that is free.
         allow_host: the name under which such a proxy is reached.
         height: of the frame in a notebook, px.
         options: any option of the scene's command.

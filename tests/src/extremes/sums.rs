@@ -194,6 +194,7 @@ fn beyond_32_bits(share: usize) -> Result<Row> {
         space: None,
         modality: None,
         unit: None,
+        window: None,
     };
     let source = Arc::new(Made { dims });
     let volume = LargeVolume::new(lattice, source, 1 << 31, &mut |_| {})?;

@@ -93,6 +93,7 @@ impl Narrowing {
             space: volume.space.clone(),
             modality: volume.modality,
             unit: volume.unit.clone(),
+            window: volume.window.map(|ends| ends.map(|end| self.value(end))),
         }
     }
 

@@ -305,7 +305,7 @@ pub struct ServeArgs {
     /// Do not open a browser; only print the address
     #[arg(long)]
     pub no_open: bool,
-    /// Port of the page [default: any that is free]
+    /// Port of the page [default: 7467, or any that is free]
     #[arg(long, value_name = "N")]
     pub port: Option<u16>,
     /// File of the address's token, made if it is not there: the same address works after a restart on the same --port

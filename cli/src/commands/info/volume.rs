@@ -235,8 +235,17 @@ impl Facts {
             "unit": volume.length_unit(),
             "up": volume.up_hint.map(|up| up.to_array()),
             "range": [self.range.0, self.range.1],
+            "window": volume.window,
             "histogram": { "low": self.bars.low, "high": self.bars.high, "counts": self.bars.counts },
         })
+    }
+
+    fn values(&self) -> String {
+        let all = format!("{} to {}", short(self.range.0), short(self.range.1));
+        match self.lattice.window {
+            Some([low, high]) => format!("{all}, shown from {} to {}", short(low), short(high)),
+            None => all,
+        }
     }
 
     fn lines(&self) -> Vec<Line> {
@@ -257,10 +266,7 @@ impl Facts {
             line("", between(self.corners)),
             line("axes", orientation(volume)),
             line("space", space.unwrap_or_else(|| "not named".to_owned())),
-            line(
-                "values",
-                format!("{} to {}", short(self.range.0), short(self.range.1)),
-            ),
+            line("values", self.values()),
             line("memory", self.memory.text()),
             line(
                 "histogram",

@@ -245,9 +245,7 @@ impl StandingMesh {
         };
         let plane = lattice.on_plane(plane, PIXELS_OF_VOXEL);
         let plane = plane.context("the plane lies beside the volume")?;
-        let window = word
-            .window
-            .unwrap_or_else(|| volume.histogram().usual_window());
+        let window = word.window.unwrap_or_else(|| volume.slice_window());
         let picture = slices::picture(content, Cut::Grid(&plane.grid), window)?;
         let uvs = plane.corners.iter().map(|&at| plane.uv(at)).collect();
         let scene = texmap::Scene::polygon(&plane.corners, uvs, picture);

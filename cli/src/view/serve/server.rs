@@ -21,6 +21,10 @@ use crate::view::serve::http::{Door, Head, Refusal, Wanted, name_of_host};
 /// Time after which a client that takes no more bytes of an answer is given up.
 const WRITE_PATIENCE: Duration = Duration::from_secs(10);
 
+/// Port of the page where it is free and no other was asked for. Browsers keep named looks under the port, so that the
+/// next command finds them. One of the ports that no service has registered; a guess.
+const USUAL_PORT: u16 = 7467;
+
 /// A port that is listened at.
 pub(crate) struct Server {
     listener: TcpListener,
@@ -32,8 +36,12 @@ impl Server {
     /// Takes a port.
     pub(crate) fn bind(args: &ServeArgs) -> Result<Self> {
         let address = args.bind.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST));
-        let port = args.port.unwrap_or(0);
-        let listener = TcpListener::bind((address, port)).with_context(|| {
+        let port = args.port.unwrap_or(USUAL_PORT);
+        let listener = match TcpListener::bind((address, port)) {
+            Err(_) if args.port.is_none() => TcpListener::bind((address, 0)),
+            bound => bound,
+        };
+        let listener = listener.with_context(|| {
             format!("cannot listen at {address}, port {port}: choose another with --port or --bind")
         })?;
         let mut hosts = args.allow_host.clone();
@@ -239,4 +247,23 @@ fn listen(mut stream: TcpStream, key: &str, mailbox: &Mailbox) -> Result<()> {
     }
     let _ = closing.shutdown(std::net::Shutdown::Both);
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_usual_port_is_taken_where_it_is_free() {
+        let [first, second] = [0, 1].map(|_| Server::bind(&ServeArgs::default()).expect("a port"));
+        assert_ne!(first.address(), second.address());
+        // The first page has it, unless another program had it before.
+        TcpListener::bind((Ipv4Addr::LOCALHOST, USUAL_PORT)).expect_err("it is taken");
+        let asked = ServeArgs {
+            port: Some(second.address.port()),
+            ..ServeArgs::default()
+        };
+        let error = Server::bind(&asked).err().expect("it is taken");
+        assert!(error.to_string().contains("--port"), "{error}");
+    }
 }

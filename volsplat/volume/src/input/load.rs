@@ -126,6 +126,14 @@ pub fn of_memory(
     volume.ok_or_else(|| invalid(name, "it holds no volume"))
 }
 
+/// The window of the file, in the values that the options ask for.
+fn window_of(lattice: &Lattice, options: &LoadOptions) -> Option<[f64; 2]> {
+    let [slope, intercept] = options.rescale.unwrap_or([1.0, 0.0]);
+    let mut ends = lattice.window?.map(|end| slope * end + intercept);
+    ends.sort_by(f64::total_cmp);
+    Some(ends)
+}
+
 /// The volumes of the parts, with the values and the lattice that the options require.
 fn finished(path: &Path, parts: Parts, options: &LoadOptions) -> Result<Vec<Volume>, Error> {
     let lattice = replaced_lattice(parts.lattice, options)?;
@@ -143,6 +151,7 @@ fn finished(path: &Path, parts: Parts, options: &LoadOptions) -> Result<Vec<Volu
             space: lattice.space.clone(),
             modality: lattice.modality,
             unit: lattice.unit.clone(),
+            window: window_of(&lattice, options),
             ..volume
         })
     };

@@ -35,6 +35,12 @@ pub trait Described {
 
     /// How often each scalar occurs.
     fn histogram(&self) -> Histogram;
+
+    /// The scalars that are black and white in slices: those of the file, else [`Histogram::usual_window`].
+    fn slice_window(&self) -> [f64; 2] {
+        let own = self.lattice().window;
+        own.unwrap_or_else(|| self.histogram().usual_window())
+    }
 }
 
 impl Described for Volume {
@@ -46,6 +52,7 @@ impl Described for Volume {
             space: self.space.clone(),
             modality: self.modality,
             unit: self.unit.clone(),
+            window: self.window,
         }
     }
 

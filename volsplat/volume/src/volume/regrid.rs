@@ -106,6 +106,7 @@ impl Volume {
             space: grid.space.clone(),
             modality: self.modality,
             unit: grid.unit.clone(),
+            window: self.window,
         })
     }
 

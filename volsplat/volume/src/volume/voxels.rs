@@ -37,6 +37,8 @@ pub struct Volume {
     pub modality: Option<Modality>,
     /// The unit of lengths, such as `mm` or `µm`, where the file tells it.
     pub unit: Option<String>,
+    /// The scalars that are black and white in slices, ascending, where the file tells them.
+    pub window: Option<[f64; 2]>,
 }
 
 /// The kind of scanner that a volume comes from.
@@ -63,6 +65,8 @@ pub struct Lattice {
     pub modality: Option<Modality>,
     /// The unit of lengths, such as `mm` or `µm`, where the file tells it.
     pub unit: Option<String>,
+    /// The scalars that are black and white in slices, ascending, where the file tells them.
+    pub window: Option<[f64; 2]>,
 }
 
 #[cfg(feature = "input")]
@@ -76,6 +80,7 @@ impl Lattice {
             space: None,
             modality: None,
             unit: None,
+            window: None,
         }
     }
 }
@@ -188,6 +193,7 @@ impl Volume {
             space: None,
             modality: None,
             unit: None,
+            window: None,
         })
     }
 

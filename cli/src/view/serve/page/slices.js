@@ -5,6 +5,9 @@ const AXES = ["x", "y", "z"];
 // Slices that were asked for and have not come, by axis; and whether a newer one is wanted.
 const asked = [null, null, null];
 
+// Windows of radiology for Hounsfield units: black and white.
+const CT_WINDOWS = { brain: [0, 80], "soft tissue": [-160, 240], lung: [-1350, 150], bone: [-500, 1300] };
+
 function toggleSlices() {
   remember();
   state.slices = state.slices ? null : { at: state.scene.volume.dims.map((n) => n >> 1), window: state.scene.volume.window };
@@ -30,7 +33,8 @@ function showSlices() {
   const isOn = Boolean(state.slices && state.scene?.volume?.has_slices);
   strip.hidden = !isOn;
   if (!isOn) return strip.replaceChildren();
-  const { dims, spacing, range } = state.scene.volume;
+  const { dims, spacing, range, presets } = state.scene.volume;
+  const usual = presets.some(({ name }) => name === "ct") ? Object.entries(CT_WINDOWS) : [];
   const end = (i, name) => make("input", {
     type: "number", step: "any", value: short4(state.slices.window[i]), ariaLabel: `${name} end of the window`,
     onchange: (event) => setSliceWindow(state.slices.window.with(i, Number(event.target.value))),
@@ -53,7 +57,8 @@ function showSlices() {
     make("div", { className: "row" }, make("label", { htmlFor: "standing" }, "in the volume, too"), standing),
     make("div", { className: "buttons" },
       button("cut here", cutAtSlice, { title: "Cuts the volume at the slice along z" }),
-      button("whole range", () => setSliceWindow(range))));
+      button("whole range", () => setSliceWindow(range)),
+      ...usual.map(([name, window]) => button(name, () => setSliceWindow(window), { title: `Slices from ${window[0]} to ${window[1]}` }))));
   askSlices([0, 1, 2]);
 }
 

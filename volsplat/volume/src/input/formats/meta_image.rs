@@ -357,6 +357,7 @@ impl Fields {
                 space: is_anatomical.then(|| "left-posterior-superior".to_owned()),
                 modality: None,
                 unit: None,
+                window: None,
             },
             voxel_type: self.voxel_type()?,
             endian: self.endian()?,

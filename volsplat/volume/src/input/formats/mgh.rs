@@ -119,6 +119,7 @@ fn read(
             space: Some("right-anterior-superior".to_owned()),
             modality: None,
             unit: Some("mm".to_owned()),
+            window: None,
         },
         voxels: vec![voxels],
     })

@@ -87,6 +87,7 @@ pub(crate) fn load(
             space: Some("right-anterior-superior".to_owned()),
             modality: None,
             unit: Some(header.length_unit().to_owned()),
+            window: header.window(),
         },
         voxels: voxels
             .into_iter()
@@ -254,6 +255,8 @@ pub(crate) struct Header {
     xyzt_units: u8,
     scl_slope: f64,
     scl_inter: f64,
+    cal_min: f64,
+    cal_max: f64,
     qform_code: i32,
     sform_code: i32,
     /// quatern_b, quatern_c, quatern_d.
@@ -448,6 +451,12 @@ impl Header {
         }
     }
 
+    /// The real numbers that are black and white; most files leave both at 0.
+    fn window(&self) -> Option<[f64; 2]> {
+        let ends = [self.cal_min, self.cal_max];
+        (ends[0] < ends[1] && ends.iter().all(|end| end.is_finite())).then_some(ends)
+    }
+
     /// A slope of 0 means no rescaling; so do values that are not finite.
     pub(crate) fn rescale(&self) -> Rescale {
         if self.scl_slope == 0.0 || !self.scl_slope.is_finite() {
@@ -484,6 +493,8 @@ impl Fields<'_> {
             xyzt_units: self.bytes[123],
             scl_slope: self.f32(112),
             scl_inter: self.f32(116),
+            cal_max: self.f32(124),
+            cal_min: self.f32(128),
             qform_code: i32::from(self.i16(252)),
             sform_code: i32::from(self.i16(254)),
             quaternion: floats(256),
@@ -508,6 +519,8 @@ impl Fields<'_> {
             xyzt_units: u8::try_from(self.i32(500) & 255).unwrap_or(0),
             scl_slope: self.f64(176),
             scl_inter: self.f64(184),
+            cal_max: self.f64(192),
+            cal_min: self.f64(200),
             qform_code: self.i32(344),
             sform_code: self.i32(348),
             quaternion: floats(352),

@@ -44,8 +44,8 @@ const FEWEST_ELEMENTS: usize = 3;
 /// Sequences within sequences that are entered. Enhanced pictures need three; more than this is a forgery.
 const MAX_DEPTH: usize = 12;
 
-/// Sequences that are needed: shared and per-frame functional groups, what places a frame and scales its values, and segments.
-const NEEDED_SEQUENCES: [Tag; 8] = [
+/// Sequences that are needed: shared and per-frame functional groups, what places a frame, scales its values and gives its window, and segments.
+const NEEDED_SEQUENCES: [Tag; 9] = [
     0x0062_0002,
     0x0062_000A,
     0x5200_9229,
@@ -53,6 +53,7 @@ const NEEDED_SEQUENCES: [Tag; 8] = [
     0x0020_9113,
     0x0020_9116,
     0x0028_9110,
+    0x0028_9132,
     0x0028_9145,
 ];
 

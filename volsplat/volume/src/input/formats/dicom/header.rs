@@ -33,11 +33,14 @@ pub(crate) const BITS_ALLOCATED: Tag = 0x0028_0100;
 const BITS_STORED: Tag = 0x0028_0101;
 const HIGH_BIT: Tag = 0x0028_0102;
 const PIXEL_REPRESENTATION: Tag = 0x0028_0103;
+const WINDOW_CENTER: Tag = 0x0028_1050;
+const WINDOW_WIDTH: Tag = 0x0028_1051;
 const RESCALE_INTERCEPT: Tag = 0x0028_1052;
 const RESCALE_SLOPE: Tag = 0x0028_1053;
 const POSITION_GROUP: Tag = 0x0020_9113;
 const ORIENTATION_GROUP: Tag = 0x0020_9116;
 const MEASURES_GROUP: Tag = 0x0028_9110;
+const WINDOW_GROUP: Tag = 0x0028_9132;
 const RESCALE_GROUP: Tag = 0x0028_9145;
 pub(crate) const SHARED_GROUPS: Tag = 0x5200_9229;
 pub(crate) const FRAME_GROUPS: Tag = 0x5200_9230;
@@ -92,6 +95,8 @@ pub(crate) struct Picture {
     pub(crate) series: String,
     pub(crate) description: String,
     pub(crate) modality: Option<Modality>,
+    /// The values that are black and white, where the file tells them.
+    pub(crate) window: Option<[f64; 2]>,
     /// The number of the picture in its series.
     pub(crate) instance: Option<f64>,
 }
@@ -125,6 +130,7 @@ pub(crate) fn picture(dataset: &Dataset) -> Result<Option<Picture>, Fault> {
             Some("MR") => Some(Modality::Mr),
             _ => None,
         },
+        window: window(dataset),
         instance: dataset
             .text(INSTANCE_NUMBER)
             .and_then(|text| text.trim().parse().ok())
@@ -223,6 +229,27 @@ pub(crate) fn step_of(dataset: &Dataset) -> Result<Option<f64>, Fault> {
     let between = find::<1>(&places, MEASURES_GROUP, SPACING_BETWEEN_SLICES)?;
     let step = between.or(find::<1>(&places, MEASURES_GROUP, SLICE_THICKNESS)?);
     Ok(step.map(|[step]| step.abs()).filter(|&step| step > 0.0))
+}
+
+/// The values that are black and white: the first window of several, that of the first frame (PS3.3, C.11.2.1.2). One that cannot be read
+/// is none, as the picture does not need it.
+fn window(dataset: &Dataset) -> Option<[f64; 2]> {
+    let first = |dataset: &Dataset, tag| -> Option<f64> {
+        let text = dataset.text(tag)?;
+        let number: f64 = text.split('\\').next()?.trim().parse().ok()?;
+        number.is_finite().then_some(number)
+    };
+    let groups = [FRAME_GROUPS, SHARED_GROUPS].map(|groups| dataset.items(groups).first());
+    let places = groups.into_iter().flatten().chain([dataset]);
+    let mut places = places.flat_map(|place| {
+        [Some(place), place.items(WINDOW_GROUP).first()]
+            .into_iter()
+            .flatten()
+    });
+    let (center, width) = places
+        .find_map(|place| Some((first(place, WINDOW_CENTER)?, first(place, WINDOW_WIDTH)?)))?;
+    let half = (width - 1.0) / 2.0;
+    (half > 0.0).then_some([center - 0.5 - half, center - 0.5 + half])
 }
 
 /// `places` are the data sets that can say it, the closest first.

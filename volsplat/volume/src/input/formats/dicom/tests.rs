@@ -108,6 +108,12 @@ fn frames_of_an_enhanced_file_are_placed_by_their_groups() {
     let shared = new()
         .items(0x0020_9116, &[new().text(0x0020_0037, "0\\1\\0\\-1\\0\\0")])
         .items(0x0028_9110, &[new().text(0x0028_0030, "7\\6")])
+        .items(
+            0x0028_9132,
+            &[new()
+                .text(0x0028_1050, "40\\700")
+                .text(0x0028_1051, "80\\3200")],
+        )
         .open_items(
             0x0028_9145,
             &[new().text(0x0028_1052, "100").text(0x0028_1053, "2")],
@@ -132,6 +138,7 @@ fn frames_of_an_enhanced_file_are_placed_by_their_groups() {
     assert_eq!(map.x_axis.to_array(), [0.0, 6.0, 0.0]);
     assert_eq!(map.y_axis.to_array(), [-7.0, 0.0, 0.0]);
     assert_eq!(map.z_axis.to_array(), [0.0, 0.0, 2.0]);
+    assert_eq!(volume.window, Some([0.0, 79.0]), "the first of two");
 }
 
 #[test]

@@ -139,6 +139,23 @@ fn slope_and_intercept_apply_unless_the_slope_is_0() {
 }
 
 #[test]
+fn the_window_of_the_file_is_kept_where_it_has_one() {
+    for version in [1, 2] {
+        let of = |window| {
+            let fields = Fields {
+                window,
+                ..Fields::new(version, 2)
+            };
+            fields.load(&[0, 1, 2, 3]).window
+        };
+        assert_eq!(of([0.5, 2.0]), Some([0.5, 2.0]));
+        assert_eq!(of([0.0, 0.0]), None);
+        assert_eq!(of([2.0, 0.5]), None);
+        assert_eq!(of([f64::NEG_INFINITY, 0.5]), None);
+    }
+}
+
+#[test]
 fn the_matrix_wins_over_the_turn_and_the_turn_over_the_spacing() {
     let srow = [
         0.0, -2.0, 0.0, 10.0, 1.5, 0.0, 0.0, 20.0, 0.0, 0.0, 3.0, 30.0,
@@ -317,6 +334,8 @@ pub(crate) struct Fields {
     pub(crate) vox_offset: f64,
     pub(crate) slope: f64,
     inter: f64,
+    /// cal_min and cal_max.
+    window: [f64; 2],
     codes: [i16; 2],
     pub(crate) quaternion: [f64; 6],
     pub(crate) srow: [f64; 12],
@@ -334,6 +353,7 @@ impl Fields {
             vox_offset: if version == 1 { 352.0 } else { 544.0 },
             slope: 0.0,
             inter: 0.0,
+            window: [0.0; 2],
             codes: [0, 0],
             quaternion: [0.0; 6],
             srow: [0.0; 12],
@@ -358,6 +378,7 @@ impl Fields {
             head.put(70, &self.datatype.to_be_bytes());
             head.floats(76, &self.pixdim);
             head.floats(108, &[self.vox_offset, self.slope, self.inter]);
+            head.floats(124, &[self.window[1], self.window[0]]);
             head.put(252, &self.codes[0].to_be_bytes());
             head.put(254, &self.codes[1].to_be_bytes());
             head.floats(256, &self.quaternion);
@@ -369,7 +390,10 @@ impl Fields {
             (0..8).for_each(|axis| head.put(16 + 8 * axis, &self.dim[axis].to_be_bytes()));
             head.doubles(104, &self.pixdim);
             head.put(168, &(self.vox_offset as i64).to_be_bytes());
-            head.doubles(176, &[self.slope, self.inter]);
+            head.doubles(
+                176,
+                &[self.slope, self.inter, self.window[1], self.window[0]],
+            );
             head.put(344, &i32::from(self.codes[0]).to_be_bytes());
             head.put(348, &i32::from(self.codes[1]).to_be_bytes());
             head.doubles(352, &self.quaternion);

@@ -341,6 +341,7 @@ pub(crate) fn derive(header: &Header) -> Result<Geometry, Fault> {
         space: header.space.clone(),
         modality: None,
         unit: None,
+        window: None,
     };
     Ok(Geometry {
         lattice,
