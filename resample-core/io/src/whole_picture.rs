@@ -62,6 +62,27 @@ pub fn decode(
     format: Option<ImageFormat>,
     gate: &Gate,
 ) -> Result<WholePicture, String> {
+    let (decoder, unpacked) = opened(bytes, format)?;
+    gate.ask_unpacked(unpacked, bytes.len() as u64, "the pixels")?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
+    let (width, height) = (picture.width() as usize, picture.height() as usize);
+    Ok(WholePicture {
+        width,
+        height,
+        pixels: pixels(picture),
+    })
+}
+
+/// The memory that the pixels of [`decode`] take, bytes, from the head of the file.
+///
+/// # Errors
+/// Those of [`decode`], as far as the head shows them.
+pub fn decoded_bytes(bytes: &[u8], format: Option<ImageFormat>) -> Result<u64, String> {
+    opened(bytes, format).map(|(_, unpacked)| unpacked)
+}
+
+/// A decoder behind the head of the file, and the memory of its pixels, bytes.
+fn opened(bytes: &[u8], format: Option<ImageFormat>) -> Result<(impl ImageDecoder, u64), String> {
     let told = image::guess_format(bytes).ok().or(format);
     let format =
         told.ok_or("not a picture of a known format: expected PNG, JPEG, WebP, TGA or BMP")?;
@@ -72,22 +93,17 @@ pub fn decode(
         raster::check_whole_jpeg(bytes)?;
     }
     let reader = ImageReader::with_format(Cursor::new(bytes), format);
-    let unreadable = |error| format!("cannot be decoded as a picture: {error}");
     let decoder = reader.into_decoder().map_err(unreadable)?;
-    let held = bytes.len() as u64;
     let unpacked = check_size(
         decoder.dimensions(),
         decoder.color_type().bytes_per_pixel(),
-        held,
+        bytes.len() as u64,
     )?;
-    gate.ask_unpacked(unpacked, held, "the pixels")?;
-    let picture = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
-    let (width, height) = (picture.width() as usize, picture.height() as usize);
-    Ok(WholePicture {
-        width,
-        height,
-        pixels: pixels(picture),
-    })
+    Ok((decoder, unpacked))
+}
+
+fn unreadable(error: image::ImageError) -> String {
+    format!("cannot be decoded as a picture: {error}")
 }
 
 /// The bytes that are kept. Refuses a size that is 0, too large to hold, or more than the file can stand for.

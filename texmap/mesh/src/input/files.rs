@@ -240,6 +240,15 @@ pub(crate) fn decode(
     })
 }
 
+/// The memory that [`decode`] takes for a picture, bytes. An error if it would refuse it.
+pub(crate) fn decoded_bytes(bytes: &[u8], format: Option<ImageFormat>) -> Result<u64, String> {
+    #[cfg(feature = "compressed")]
+    if ktx2::is_ktx2(bytes) {
+        return Ok(ktx2::unpacked_bytes(bytes));
+    }
+    whole_picture::decoded_bytes(bytes, format)
+}
+
 /// Bytes of a pixel of surroundings in memory.
 const PIXEL_BYTES: u64 = 12;
 

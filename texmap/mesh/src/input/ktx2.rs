@@ -45,7 +45,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, gate: &Gate) -> Result<Texture, S
 }
 
 /// The memory that a file asks for, bytes: its pixels, and the blocks behind Zstandard.
-fn unpacked_bytes(bytes: &[u8]) -> u64 {
+pub(super) fn unpacked_bytes(bytes: &[u8]) -> u64 {
     // Places in the header: width, height, and the unpacked size of the largest level.
     let word = |at: usize| {
         let word = bytes.get(at..).and_then(<[u8]>::first_chunk);

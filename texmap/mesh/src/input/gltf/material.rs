@@ -14,14 +14,15 @@ use gltf::json::material::AlphaMode as JsonAlpha;
 use gltf::json::texture::{Info, MagFilter, WrappingMode};
 use gltf::json::validation::Checked;
 use resample_core::narrow;
-use resample_io::whole_picture::ImageFormat;
+use resample_io::Gate;
 
 use crate::input::files::{self, Names};
 use crate::input::gltf::accessor::Numbers;
-use crate::input::gltf::{document, layers};
-use crate::input::options::{LightMaps, Notes};
+use crate::input::gltf::layers;
+use crate::input::gltf::pictures::{Decoded, Pictures};
+use crate::input::options::{LightMaps, Notes, Unreadable};
 use crate::scene::{
-    AlphaMode, Dielectric, Lighting, Magnify, Material, Physical, Sides, Texture, TextureUse, Wrap,
+    AlphaMode, Dielectric, Lighting, Magnify, Material, Physical, Sides, TextureUse, Wrap,
 };
 
 /// Cutoff of masked materials that give none: glTF 2.0, 5.19.
@@ -42,9 +43,13 @@ const GLOSSINESS: &str =
 /// The materials of a file, read when they are asked for.
 pub(super) struct Materials<'a> {
     root: &'a Root,
-    numbers: &'a Numbers<'a>,
-    names: &'a Names<'a>,
+    pictures: Pictures<'a>,
+    gate: &'a Gate,
     light_maps: LightMaps,
+    /// Pictures that were decoded before anything asked for them.
+    ahead: Decoded,
+    /// The pictures that were asked for, where that alone is wanted, and no picture is given.
+    asked: Option<Vec<usize>>,
     /// Materials read so far.
     pub materials: Vec<Material>,
     /// Textures read so far.
@@ -61,17 +66,39 @@ impl<'a> Materials<'a> {
         names: &'a Names<'a>,
         light_maps: LightMaps,
     ) -> Self {
-        let (materials, textures) = (Vec::new(), files::Pictures::default());
         Self {
             root,
-            numbers,
-            names,
+            pictures: Pictures::new(root, numbers, names),
+            gate: names.gate,
             light_maps,
-            materials,
-            textures,
+            ahead: Decoded::new(),
+            asked: None,
+            materials: Vec::new(),
+            textures: files::Pictures::default(),
             by_index: HashMap::new(),
             by_image: HashMap::new(),
         }
+    }
+
+    /// Decodes the pictures of the materials of these meshes on all threads. Faults are told when a material is placed.
+    pub(super) fn decode_ahead<'m>(&mut self, meshes: impl Iterator<Item = &'m gltf::json::Mesh>) {
+        let mut listing = Self {
+            asked: Some(Vec::new()),
+            by_index: HashMap::new(),
+            by_image: HashMap::new(),
+            ahead: Decoded::new(),
+            materials: Vec::new(),
+            textures: files::Pictures::default(),
+            ..*self
+        };
+        let mut notes = Notes::new(Unreadable::Noted);
+        for primitive in meshes.flat_map(|mesh| &mesh.primitives) {
+            let index = primitive.material.map(|material| material.value());
+            // A material that cannot be read names no more pictures.
+            let _ = listing.place(index, 1.0, &mut notes);
+        }
+        let asked = listing.asked.unwrap_or_default();
+        self.ahead = self.pictures.decode_all(&asked);
     }
 
     /// The place of a material of the file, or of the default one, in `materials`; `scale` is that of the mesh in the world.
@@ -340,45 +367,21 @@ impl<'a> Materials<'a> {
         if let Some(&place) = self.by_image.get(&index) {
             return Ok(place);
         }
-        let json = self
-            .root
-            .images
-            .get(index)
-            .ok_or_else(|| format!("image {index} does not exist"))?;
-        let label = match (&json.name, &json.uri) {
-            (_, Some(uri)) if files::data_uri(uri).is_none() => files::excerpt(uri),
-            (Some(name), _) => files::excerpt(name),
-            (None, _) => format!("image {index}"),
-        };
-        let place = self
-            .decoded(json, &label)
-            .and_then(|texture| self.textures.add(texture, self.names.gate));
+        let label = self.pictures.label(index)?;
+        if let Some(asked) = &mut self.asked {
+            asked.push(index);
+            self.by_image.insert(index, None);
+            return Ok(None);
+        }
+        let decoded = self.ahead.remove(&index);
+        let place = decoded
+            .unwrap_or_else(|| self.pictures.decode(index))
+            .and_then(|texture| self.textures.add(texture, self.gate));
         if let Err(what) = &place {
             notes.unreadable(&format!("texture {label}: {what}"), FACTOR_ALONE)?;
         }
         self.by_image.insert(index, place.as_ref().ok().copied());
         Ok(place.ok())
-    }
-
-    fn decoded(&self, json: &gltf::json::Image, label: &str) -> Result<Texture, String> {
-        let mime = json
-            .mime_type
-            .as_ref()
-            .and_then(|mime| ImageFormat::from_mime_type(&mime.0));
-        let format = mime.or_else(|| ImageFormat::from_path(json.uri.as_deref()?).ok());
-        match (json.buffer_view, &json.uri) {
-            (Some(view), _) => files::decode(
-                self.numbers.view(view.value())?,
-                (format, label),
-                self.names.gate,
-            ),
-            (None, Some(uri)) => files::decode(
-                &document::from_uri(uri, self.names)?,
-                (format, label),
-                self.names.gate,
-            ),
-            (None, None) => Err("has neither a file nor data".into()),
-        }
     }
 }
 

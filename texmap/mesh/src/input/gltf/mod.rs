@@ -2,7 +2,7 @@
 //!
 //! Takes the bytes of a file, gives a scene. The container is opened (`document`) and its geometry unpacked
 //! (`compressed`), nodes are placed (`nodes`), at a moment of an
-//! animation (`animation`), and each mesh of the chosen scene is read (`primitive`) with its material (`material`); every number
+//! animation (`animation`), and each mesh of the chosen scene is read (`primitive`) with its material (`material`) and its pictures (`pictures`); every number
 //! comes through `accessor`, which checks it.
 //! Source: the glTF 2.0 specification of the Khronos Group. Limits: points and lines are left out, and of materials refraction, iridescence and anisotropy.
 
@@ -13,6 +13,7 @@ mod animation;
 mod nodes;
 mod layers;
 mod material;
+mod pictures;
 mod primitive;
 
 use glam::{DMat4, DVec3};
@@ -99,6 +100,8 @@ pub(super) fn load(
     let world_from_nodes = nodes::world_from_nodes(root, &parent_from_nodes)?;
     let shown = nodes::nodes_of_scene(root, options.scene.as_ref())?;
     let mut materials = Materials::new(root, &numbers, names, options.light_maps);
+    let meshes_shown = shown.iter().filter_map(|&node| root.nodes[node].mesh);
+    materials.decode_ahead(meshes_shown.filter_map(|mesh| root.meshes.get(mesh.value())));
     let held = bytes.len() + document.buffers.iter().map(Vec::len).sum::<usize>();
     let mut meshes = Meshes::new(names.gate, held as u64);
     for &node in &shown {
