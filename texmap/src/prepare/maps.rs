@@ -324,11 +324,16 @@ pub(crate) fn normals(texture: &Texture, scale: f32, wrap: [Wrap; 2]) -> Rows<'_
                 cell([above[left], above[right], below[left], below[right]])
             }));
         }
-        for (at, texel) in out.iter_mut().enumerate() {
-            let first = at / width * (width + 1) + at % width;
-            let below = first + width + 1;
-            let sum = cells[first] + cells[first + 1] + cells[below] + cells[below + 1];
-            *texel = (around[at + width] * 0.5 + Vec3::splat(0.5)).extend(0.25 * sum);
+        for (y, row) in out.chunks_exact_mut(width).enumerate() {
+            let own = &around[(y + 1) * width..];
+            let [above, below] = [y, y + 1].map(|y| &cells[y * (width + 1)..][..=width]);
+            for (texel, (normal, cells)) in row
+                .iter_mut()
+                .zip(own.iter().zip(above.windows(2).zip(below.windows(2))))
+            {
+                let sum = cells.0[0] + cells.0[1] + cells.1[0] + cells.1[1];
+                *texel = (*normal * 0.5 + Vec3::splat(0.5)).extend(0.25 * sum);
+            }
         }
     })
 }
@@ -343,7 +348,8 @@ fn normal(rgb: Vec3, scale: f32) -> Vec3 {
 
 /// Mean square length of the bilinear mix of four normals of length 1.
 fn cell([a, b, c, d]: [Vec3; 4]) -> f32 {
-    (4.0 + a.dot(b) + c.dot(d) + a.dot(c) + b.dot(d) + 0.5 * (a.dot(d) + b.dot(c))) / 9.0
+    // The first product is that of the four pairs of neighbours.
+    (4.0 + (a + d).dot(b + c) + 0.5 * (a.dot(d) + b.dot(c))) * (1.0 / 9.0)
 }
 
 /// A mean normal of a map in tangent space, and the variance that belongs to it.
