@@ -213,6 +213,26 @@ mod tests {
     }
 
     #[test]
+    fn bands_below_one_another_make_the_picture() {
+        let numbers = |numbers: &[f32]| Image {
+            rgba: numbers.iter().map(|&v| [v; 4]).collect(),
+            depth: Some(numbers.iter().map(|v| v + 0.5).collect()),
+            planes: vec![Plane {
+                name: "u".to_owned(),
+                values: numbers.iter().map(|v| v * 10.0).collect(),
+            }],
+            ..Image::transparent(2, numbers.len() / 2)
+        };
+        let mut image = numbers(&[1.0, 2.0]);
+        image.append_below(numbers(&[3.0, 4.0, 5.0, 6.0]));
+        assert_eq!([image.width, image.height], [2, 3]);
+        assert_eq!(image.pixel(1, 2), [6.0; 4]);
+        assert_eq!(image.depth, Some(vec![1.5, 2.5, 3.5, 4.5, 5.5, 6.5]));
+        let values = &image.planes[0].values;
+        assert_eq!(values[..], [10.0, 20.0, 30.0, 40.0, 50.0, 60.0]);
+    }
+
+    #[test]
     fn bytes_are_display_colours() {
         let mut image = Image::transparent(2, 1);
         // Half of the light of white is 188 of 255 (IEC 61966-2-1).

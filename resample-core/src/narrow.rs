@@ -22,6 +22,12 @@ pub fn side(value: usize) -> u16 {
 }
 
 /// The whole number below a position on the screen, px, brought into what a u16 holds; NaN gives 0.
+///
+/// ```
+/// use resample_core::narrow::pixel;
+///
+/// assert_eq!([-1.0, 2.6, 1e9, f64::NAN].map(pixel), [0, 2, u16::MAX, 0]);
+/// ```
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -32,6 +38,12 @@ pub fn pixel(pos_px: f64) -> u16 {
 }
 
 /// A number of a file as a code of 8 bits, brought into 0 to 255; NaN gives 0.
+///
+/// ```
+/// use resample_core::narrow::code8;
+///
+/// assert_eq!([-1.0, 2.6, 1e9, f64::NAN].map(code8), [0, 2, u8::MAX, 0]);
+/// ```
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
@@ -79,6 +91,12 @@ pub fn count(value: u64) -> usize {
 }
 
 /// A number of a file as a code of 32 bits, brought into the range of u32, rounded down; NaN gives 0.
+///
+/// ```
+/// use resample_core::narrow::code32;
+///
+/// assert_eq!([-1.0, 2.6, 1e12, f64::NAN].map(code32), [0, 2, u32::MAX, 0]);
+/// ```
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,

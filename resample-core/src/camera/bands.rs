@@ -33,6 +33,16 @@ impl Window {
     }
 
     /// Its first column and row, px.
+    ///
+    /// ```
+    /// use resample_core::camera::bands::Window;
+    ///
+    /// let window = Window {
+    ///     columns: 3..7,
+    ///     rows: 5..10,
+    /// };
+    /// assert_eq!((window.first(), window.size()), ([3, 5], [4, 5]));
+    /// ```
     pub fn first(&self) -> [usize; 2] {
         [self.columns.start as usize, self.rows.start as usize]
     }

@@ -8,6 +8,7 @@
 
 mod options;
 mod files;
+mod pictures;
 #[cfg(feature = "compressed")]
 mod ktx2;
 mod gltf;
@@ -23,12 +24,12 @@ use std::sync::Arc;
 use resample_io::Gate;
 use resample_io::files::{cannot_read, open};
 
-pub use crate::input::files::load_picture;
 use crate::input::files::{Names, text_of};
 pub use crate::input::finish::set_origin;
 pub use crate::input::gltf::{Animation, Contents};
 use crate::input::options::Notes;
 pub use crate::input::options::{LightMaps, LoadOptions, Loaded, Pose, SceneChoice, Unreadable};
+pub use crate::input::pictures::load_picture;
 use crate::{Error, Scene};
 
 /// Reads a mesh file: glTF 2.0 (.gltf, .glb), OBJ, PLY or STL.
@@ -161,7 +162,10 @@ fn finished(
         )?;
     }
     if let Some(environment) = &options.environment {
-        scene.surroundings = Some(Arc::new(files::surroundings(environment, &options.gate)?));
+        scene.surroundings = Some(Arc::new(pictures::surroundings(
+            environment,
+            &options.gate,
+        )?));
     }
     let scene = finish::scene(scene, &mut notes).map_err(at)?;
     Ok(Loaded {

@@ -13,9 +13,10 @@ use ply_rs_bw::ply::{
 };
 use resample_core::image::linear_from_srgb;
 
-use crate::input::files::{self, Names, excerpt, load_picture};
+use crate::input::files::{self, Names, excerpt};
 use crate::input::finish;
 use crate::input::options::Notes;
+use crate::input::pictures::load_picture;
 use crate::scene::{Material, Mesh, Scene, Sides};
 
 /// Returns true if a file starts as PLY does.

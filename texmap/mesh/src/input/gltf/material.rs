@@ -16,11 +16,12 @@ use gltf::json::validation::Checked;
 use resample_core::narrow;
 use resample_io::Gate;
 
-use crate::input::files::{self, Names};
+use crate::input::files::Names;
 use crate::input::gltf::accessor::Numbers;
+use crate::input::gltf::images::Images;
 use crate::input::gltf::layers;
-use crate::input::gltf::pictures::{Decoded, Pictures};
 use crate::input::options::{LightMaps, Notes, Unreadable};
+use crate::input::pictures::{Decoded, Pictures};
 use crate::scene::{
     AlphaMode, Dielectric, Lighting, Magnify, Material, Physical, Sides, TextureUse, Wrap,
 };
@@ -43,17 +44,17 @@ const GLOSSINESS: &str =
 /// The materials of a file, read when they are asked for.
 pub(super) struct Materials<'a> {
     root: &'a Root,
-    pictures: Pictures<'a>,
+    images: Images<'a>,
     gate: &'a Gate,
     light_maps: LightMaps,
     /// Pictures that were decoded before anything asked for them.
-    ahead: Decoded,
+    ahead: Decoded<usize>,
     /// The pictures that were asked for, where that alone is wanted, and no picture is given.
     asked: Option<Vec<usize>>,
     /// Materials read so far.
     pub materials: Vec<Material>,
     /// Textures read so far.
-    pub textures: files::Pictures,
+    pub textures: Pictures,
     by_index: HashMap<(Option<usize>, u32), usize>,
     by_image: HashMap<usize, Option<usize>>,
 }
@@ -68,13 +69,13 @@ impl<'a> Materials<'a> {
     ) -> Self {
         Self {
             root,
-            pictures: Pictures::new(root, numbers, names),
+            images: Images::new(root, numbers, names),
             gate: names.gate,
             light_maps,
             ahead: Decoded::new(),
             asked: None,
             materials: Vec::new(),
-            textures: files::Pictures::default(),
+            textures: Pictures::default(),
             by_index: HashMap::new(),
             by_image: HashMap::new(),
         }
@@ -88,7 +89,7 @@ impl<'a> Materials<'a> {
             by_image: HashMap::new(),
             ahead: Decoded::new(),
             materials: Vec::new(),
-            textures: files::Pictures::default(),
+            textures: Pictures::default(),
             ..*self
         };
         let mut notes = Notes::new(Unreadable::Noted);
@@ -98,7 +99,7 @@ impl<'a> Materials<'a> {
             let _ = listing.place(index, 1.0, &mut notes);
         }
         let asked = listing.asked.unwrap_or_default();
-        self.ahead = self.pictures.decode_all(&asked);
+        self.ahead = self.images.decode_all(&asked);
     }
 
     /// The place of a material of the file, or of the default one, in `materials`; `scale` is that of the mesh in the world.
@@ -367,7 +368,7 @@ impl<'a> Materials<'a> {
         if let Some(&place) = self.by_image.get(&index) {
             return Ok(place);
         }
-        let label = self.pictures.label(index)?;
+        let label = self.images.label(index)?;
         if let Some(asked) = &mut self.asked {
             asked.push(index);
             self.by_image.insert(index, None);
@@ -375,7 +376,7 @@ impl<'a> Materials<'a> {
         }
         let decoded = self.ahead.remove(&index);
         let place = decoded
-            .unwrap_or_else(|| self.pictures.decode(index))
+            .unwrap_or_else(|| self.images.decode(index))
             .and_then(|texture| self.textures.add(texture, self.gate));
         if let Err(what) = &place {
             notes.unreadable(&format!("texture {label}: {what}"), FACTOR_ALONE)?;

@@ -2,7 +2,7 @@
 //!
 //! Takes the bytes of a file, gives a scene. The container is opened (`document`) and its geometry unpacked
 //! (`compressed`), nodes are placed (`nodes`), at a moment of an
-//! animation (`animation`), and each mesh of the chosen scene is read (`primitive`) with its material (`material`) and its pictures (`pictures`); every number
+//! animation (`animation`), and each mesh of the chosen scene is read (`primitive`) with its material (`material`) and its pictures (`images`); every number
 //! comes through `accessor`, which checks it.
 //! Source: the glTF 2.0 specification of the Khronos Group. Limits: points and lines are left out, and of materials refraction, iridescence and anisotropy.
 
@@ -13,7 +13,7 @@ mod animation;
 mod nodes;
 mod layers;
 mod material;
-mod pictures;
+mod images;
 mod primitive;
 
 use glam::{DMat4, DVec3};

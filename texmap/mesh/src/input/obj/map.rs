@@ -10,7 +10,8 @@ use std::sync::Arc;
 use resample_core::image::srgb_from_linear;
 use resample_io::Gate;
 
-use crate::input::files::{Names, excerpt, load_picture};
+use crate::input::files::{Names, excerpt};
+use crate::input::pictures::load_picture;
 use crate::scene::{Texels, Texture};
 
 /// A map as it is written.

@@ -234,6 +234,9 @@ impl Reading<'_> {
             ..
         } = self;
         let (mut scene, mut in_world) = (Scene::default(), Vec::new());
+        let is_drawn = |group: &&Group| !group.triangles.is_empty();
+        let drawn = groups.iter().filter(is_drawn);
+        library.decode_ahead(drawn.map(|group| group.material.as_str()));
         for group in groups
             .into_iter()
             .filter(|group| !group.triangles.is_empty())

@@ -14,10 +14,11 @@ use std::path::{Path, PathBuf};
 use glam::{DMat2, DVec2};
 use resample_core::image::linear_from_srgb;
 
-use crate::input::files::{self, Names, Pictures, load_picture};
+use crate::input::files::{self, Names};
 use crate::input::obj::lines::{Line, decode_text, lines, numbers};
 use crate::input::obj::map::{self, Channel, Map};
 use crate::input::options::Notes;
+use crate::input::pictures::{Decoded, Packed, Pictures, decode_all, load_picture};
 use crate::scene::{
     AlphaMode, Coat, CoatNormals, Lighting, Magnify, Material, Physical, Sheen, Sides, Texture,
     TextureUse, Wrap,
@@ -38,6 +39,8 @@ pub(super) struct Library<'a> {
     entries: HashMap<String, Entry>,
     places: HashMap<String, usize>,
     textures: Pictures,
+    /// Pictures that were decoded before a material asked for them.
+    ahead: Decoded<PathBuf>,
     by_file: HashMap<Source, Option<usize>>,
 }
 
@@ -63,6 +66,7 @@ impl<'a> Library<'a> {
             entries: HashMap::new(),
             places: HashMap::new(),
             textures: Pictures::default(),
+            ahead: Decoded::new(),
             by_file: HashMap::new(),
         }
     }
@@ -95,6 +99,20 @@ impl<'a> Library<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Decodes the colour maps of these materials on all threads. Faults are told when a material is placed.
+    pub(super) fn decode_ahead<'m>(&mut self, materials: impl Iterator<Item = &'m str>) {
+        let mut asked = HashSet::new();
+        let paths = materials.filter_map(|name| {
+            let entry = self.entries.get(name)?;
+            let map = entry.map_kd.as_ref().filter(|_| entry.map_d.is_none())?;
+            map::find(&self.names.inside(&entry.folder), &map.file).ok()
+        });
+        let files = paths
+            .filter(|path| asked.insert(path.clone()))
+            .filter_map(|path| Packed::of_file(&path).ok().map(|file| (path, file)));
+        self.ahead = decode_all(files, self.names.gate);
     }
 
     /// The place of a material among `materials`; one that no file describes is plain.
@@ -301,9 +319,10 @@ impl<'a> Library<'a> {
         let gate = self.names.gate;
         let made = match &source {
             Source::Colour([None, None]) | Source::Numbers([None, None]) => return Ok(None),
-            Source::Colour([Some(colour), None]) => {
-                load_picture(colour, gate).map_err(|error| error.to_string())
-            }
+            Source::Colour([Some(colour), None]) => match self.ahead.remove(colour) {
+                Some(decoded) => decoded.map_err(|what| format!("{}: {what}", colour.display())),
+                None => load_picture(colour, gate).map_err(|error| error.to_string()),
+            },
             Source::Colour([colour, Some(alpha)]) => {
                 map::with_alpha(colour.as_deref(), alpha, gate)
             }
