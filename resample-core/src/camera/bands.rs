@@ -153,3 +153,48 @@ fn widened(span: &Range<u32>, side: u32) -> Range<u32> {
     let first = (span.start / TILE_SIDE).saturating_sub(1) * TILE_SIDE;
     first..(span.end + TILE_SIDE).min(side)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::LookAt;
+
+    #[test]
+    fn a_window_shows_its_part_and_is_drawn_with_a_tile_around_it() {
+        let pose = LookAt {
+            position: glam::DVec3::Z,
+            target: glam::DVec3::ZERO,
+            up: glam::DVec3::Y,
+        };
+        let camera = Camera::perspective(&pose, 1.0, [100, 80]).expect("a camera");
+        let mut sizes = Vec::new();
+        // Every pixel says where it lies from the axis of the camera.
+        let mut draw = |part: &Camera| -> Result<Image, ()> {
+            sizes.push([part.width, part.height]);
+            let mut image = Image::transparent(part.width as usize, part.height as usize);
+            for (at, pixel) in image.rgba.iter_mut().enumerate() {
+                let [x, y] = [at % part.width as usize, at / part.width as usize];
+                *pixel = [
+                    (x as f64 - part.cx) as f32,
+                    (y as f64 - part.cy) as f32,
+                    0.0,
+                    1.0,
+                ];
+            }
+            Ok(image)
+        };
+        let window = Window {
+            columns: 35..70,
+            rows: 17..40,
+        };
+        let image = moved(&camera, &window, &mut draw).expect("drawn");
+        assert_eq!([image.width, image.height], [35, 23]);
+        // The axis goes through 50, 40.
+        assert_eq!(image.pixel(0, 0), [-15.0, -23.0, 0.0, 1.0]);
+        assert_eq!(image.pixel(34, 22), [19.0, -1.0, 0.0, 1.0]);
+        let whole = moved(&camera, &Window::whole(&camera), &mut draw).expect("drawn");
+        assert_eq!(whole.pixel(99, 79), [49.0, 39.0, 0.0, 1.0]);
+        // Columns 16 to 86 and rows 0 to 56: a tile of 16 before the one with the first, and 16 pixels behind the last.
+        assert_eq!(sizes, [[70, 56], [100, 80]]);
+    }
+}

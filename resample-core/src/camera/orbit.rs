@@ -382,3 +382,120 @@ pub fn of_pixels(low: DVec2, high: DVec2, half: DVec2) -> Seen {
         near_enough: NEAR_ENOUGH,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const UPRIGHT: Stance = Stance {
+        up: DVec3::Z,
+        right: DVec3::X,
+    };
+
+    fn view(size: [u32; 2], lens: Lens) -> View {
+        let [width, height] = size;
+        View {
+            size: Size { width, height },
+            orbit: DEFAULT_ORBIT,
+            stance: UPRIGHT,
+            lens,
+        }
+    }
+
+    #[test]
+    fn a_ball_just_fits_between_the_nearer_edges() {
+        let middle = DVec3::new(1.0, 2.0, 3.0);
+        let extent = Extent {
+            bounds: [middle - DVec3::ONE, middle + DVec3::ONE],
+            radius: 3.0,
+        };
+        // The tangent of half the angle is 1/2 across the narrow side of the last, so that the sine is 1 by the root of 5.
+        let expected = [
+            ([100, 100], 60.0, 6.0),
+            ([200, 100], 60.0, 6.0),
+            ([100, 200], 90.0, 3.0 * 5.0f64.sqrt()),
+        ];
+        for (size, fov_y_deg, distance) in expected {
+            let near = view(size, Lens::Perspective { fov_y_deg });
+            let mut far = near;
+            far.orbit.distance = 2.0;
+            for (view, expected) in [(near, distance), (far, 2.0 * distance)] {
+                let camera = frame(&extent, &view).expect("a camera");
+                let found = camera.eye_in_world().distance(middle);
+                assert!((found - expected).abs() < 1e-12 * expected, "{found}");
+            }
+        }
+        let parallel = frame(&extent, &view([200, 100], Lens::Orthographic)).expect("a camera");
+        assert!((parallel.fy - 100.0 / 6.0).abs() < 1e-12, "px per unit");
+    }
+
+    #[test]
+    fn angles_move_the_eye_to_the_right_and_up() {
+        let at = |azimuth_deg, elevation_deg| {
+            let orbit = Orbit {
+                azimuth_deg,
+                elevation_deg,
+                distance: 1.0,
+            };
+            orbit_directions(&orbit, &UPRIGHT)
+        };
+        // Azimuth 30 leads to (1/2, -cos 30, 0) at the horizon.
+        let (eye, up) = (
+            DVec3::new(0.469_846, -0.813_798, 0.342_020),
+            DVec3::new(-0.171_010, 0.296_198, 0.939_693),
+        );
+        let expected = [
+            ([0.0, 0.0], (-DVec3::Y, DVec3::Z)),
+            ([90.0, 0.0], (DVec3::X, DVec3::Z)),
+            ([0.0, 90.0], (DVec3::Z, DVec3::Y)),
+            ([30.0, 20.0], (eye, up)),
+        ];
+        for ([azimuth, elevation], (eye, up)) in expected {
+            let found = at(azimuth, elevation);
+            assert!(found.0.distance(eye) < 1e-6 && found.1.distance(up) < 1e-6);
+        }
+    }
+
+    #[test]
+    fn what_is_seen_fills_the_picture_around_its_middle() {
+        let extent = Extent::of_box([DVec3::splat(-10.0), DVec3::splat(10.0)]);
+        let corners = [0, 1, 2, 3, 4, 5, 6, 7].map(|corner| {
+            let far = DVec3::from([1, 2, 4].map(|bit| f64::from(u8::from(corner & bit != 0))));
+            DVec3::new(4.0, 1.0, -3.0) + far * DVec3::new(2.0, 1.0, 1.0)
+        });
+        let lenses = [Lens::Perspective { fov_y_deg: 40.0 }, Lens::Orthographic];
+        for (lens, steps) in lenses.iter().flat_map(|&lens| [(lens, 1), (lens, 4)]) {
+            let views: Vec<View> = turned(&view([120, 90], lens), steps).collect();
+            let mut measure = |camera: &Camera| -> Result<_, CameraError> {
+                Ok(seen_points(camera, corners.into_iter()))
+            };
+            let fitted = fit(&extent, &views, &mut measure).expect("cameras");
+            let seen = views.iter().map(|view| {
+                let camera = frame(&fitted, view).expect("a camera");
+                seen_points(&camera, corners.into_iter())
+            });
+            let Some(seen) = seen.fold(None, Seen::both) else {
+                panic!("nothing is seen")
+            };
+            let middle = 0.5 * (seen.low + seen.high);
+            let beyond = seen.low.abs().max(seen.high.abs());
+            assert!(middle.y.abs() < 0.01, "{steps} steps: {seen:?}");
+            match steps {
+                1 => assert!(middle.x.abs() < 0.01, "{seen:?}"),
+                // A turntable turns around the middle, which the corners need not do.
+                _ => assert!(beyond.x < FILL + 0.01, "{seen:?}"),
+            }
+            assert!((beyond.max_element() - FILL).abs() < 0.01, "{seen:?}");
+        }
+    }
+
+    #[test]
+    fn a_view_is_inside_up_to_the_edge() {
+        let at = |middle, fill| Excess {
+            middle: DVec2::new(middle, 0.0),
+            fill,
+            near_enough: 0.0,
+        };
+        assert!(at(-0.5, 0.5).is_inside() && !at(-0.5, 0.625).is_inside());
+    }
+}
