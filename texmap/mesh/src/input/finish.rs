@@ -356,6 +356,16 @@ mod tests {
         let mut wrong = triangle();
         wrong.meshes[0].material = 1;
         assert!(indices(&wrong).is_err());
+        for (width, held, is_right) in [(2, 4, true), (2, 3, false), (0, 0, false)] {
+            let mut scene = triangle();
+            scene.textures = vec![Texture {
+                name: String::new(),
+                width,
+                height: 2,
+                texels: Texels::LinearF32(vec![[0.0; 4]; held]),
+            }];
+            assert_eq!(indices(&scene).is_ok(), is_right, "{held} texels");
+        }
     }
 
     #[test]

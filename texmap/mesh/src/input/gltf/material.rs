@@ -41,16 +41,21 @@ const FACTOR_ALONE: &str = "its factor stands alone";
 const GLOSSINESS: &str =
     "KHR_materials_pbrSpecularGlossiness: gloss that a picture varies counts by its mean";
 
+/// Where pictures come from.
+enum Source {
+    /// From nowhere: those that are asked for are listed.
+    Listed(Vec<usize>),
+    /// From the document; some were decoded before anything asked for them.
+    Document(Decoded<usize>),
+}
+
 /// The materials of a file, read when they are asked for.
 pub(super) struct Materials<'a> {
     root: &'a Root,
     images: Images<'a>,
     gate: &'a Gate,
     light_maps: LightMaps,
-    /// Pictures that were decoded before anything asked for them.
-    ahead: Decoded<usize>,
-    /// The pictures that were asked for, where that alone is wanted, and no picture is given.
-    asked: Option<Vec<usize>>,
+    source: Source,
     /// Materials read so far.
     pub materials: Vec<Material>,
     /// Textures read so far.
@@ -72,8 +77,7 @@ impl<'a> Materials<'a> {
             images: Images::new(root, numbers, names),
             gate: names.gate,
             light_maps,
-            ahead: Decoded::new(),
-            asked: None,
+            source: Source::Document(Decoded::new()),
             materials: Vec::new(),
             textures: Pictures::default(),
             by_index: HashMap::new(),
@@ -81,15 +85,14 @@ impl<'a> Materials<'a> {
         }
     }
 
-    /// Decodes the pictures of the materials of these meshes on all threads. Faults are told when a material is placed.
+    /// Decodes the pictures of the materials of these meshes on all threads. Faults come up when a material is placed.
     pub(super) fn decode_ahead<'m>(&mut self, meshes: impl Iterator<Item = &'m gltf::json::Mesh>) {
         let mut listing = Self {
-            asked: Some(Vec::new()),
-            by_index: HashMap::new(),
-            by_image: HashMap::new(),
-            ahead: Decoded::new(),
+            source: Source::Listed(Vec::new()),
             materials: Vec::new(),
             textures: Pictures::default(),
+            by_index: HashMap::new(),
+            by_image: HashMap::new(),
             ..*self
         };
         let mut notes = Notes::new(Unreadable::Noted);
@@ -98,8 +101,9 @@ impl<'a> Materials<'a> {
             // A material that cannot be read names no more pictures.
             let _ = listing.place(index, 1.0, &mut notes);
         }
-        let asked = listing.asked.unwrap_or_default();
-        self.ahead = self.images.decode_all(&asked);
+        if let Source::Listed(asked) = listing.source {
+            self.source = Source::Document(self.images.decode_all(&asked));
+        }
     }
 
     /// The place of a material of the file, or of the default one, in `materials`; `scale` is that of the mesh in the world.
@@ -369,12 +373,14 @@ impl<'a> Materials<'a> {
             return Ok(place);
         }
         let label = self.images.label(index)?;
-        if let Some(asked) = &mut self.asked {
-            asked.push(index);
-            self.by_image.insert(index, None);
-            return Ok(None);
-        }
-        let decoded = self.ahead.remove(&index);
+        let decoded = match &mut self.source {
+            Source::Listed(asked) => {
+                asked.push(index);
+                self.by_image.insert(index, None);
+                return Ok(None);
+            }
+            Source::Document(ahead) => ahead.remove(&index),
+        };
         let place = decoded
             .unwrap_or_else(|| self.images.decode(index))
             .and_then(|texture| self.textures.add(texture, self.gate));

@@ -101,7 +101,7 @@ impl<'a> Library<'a> {
         Ok(())
     }
 
-    /// Decodes the colour maps of these materials on all threads. Faults are told when a material is placed.
+    /// Decodes the colour maps of these materials on all threads. Faults come up when a material is placed.
     pub(super) fn decode_ahead<'m>(&mut self, materials: impl Iterator<Item = &'m str>) {
         let mut asked = HashSet::new();
         let paths = materials.filter_map(|name| {

@@ -462,3 +462,25 @@ fn materials_that_no_file_describes_are_named_once() {
         "one note for a file that is missing: {notes:?}"
     );
 }
+
+#[test]
+fn elements_that_are_no_polygons_are_left_out_with_a_note() {
+    let polygon = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n";
+    let elements = [
+        ("l 1 2\n", "points and lines"),
+        ("p 1\n", "points and lines"),
+        ("curv 0 1 1 2\n", "free-form surfaces"),
+        ("curv2 1 2\n", "free-form surfaces"),
+        ("surf 0 1 0 1 1 2 3\n", "free-form surfaces"),
+    ];
+    for (line, kind) in elements {
+        let Loaded { scene, notes } = Folder::new()
+            .load(format!("{polygon}{line}"))
+            .expect("a good file");
+        assert_eq!(scene.meshes[0].triangles.len(), 1, "{line}");
+        assert!(
+            notes.iter().any(|note| note.contains(kind)),
+            "{line}{notes:?}"
+        );
+    }
+}

@@ -231,8 +231,7 @@ pub(crate) fn step_of(dataset: &Dataset) -> Result<Option<f64>, Fault> {
     Ok(step.map(|[step]| step.abs()).filter(|&step| step > 0.0))
 }
 
-/// The values that are black and white: the first window of several, that of the first frame (PS3.3, C.11.2.1.2). One that cannot be read
-/// is none, as the picture does not need it.
+/// Black and white, from the first window of the first frame (PS3.3, C.11.2.1.2); `None` where it cannot be read, as the picture does not need it.
 fn window(dataset: &Dataset) -> Option<[f64; 2]> {
     let first = |dataset: &Dataset, tag| -> Option<f64> {
         let text = dataset.text(tag)?;
