@@ -1,18 +1,15 @@
-//! Framing: what must be in the picture is, from every side and through every lens.
+//! Volumes stand upright, as their files and the options want it.
 
-use glam::{DAffine3, DVec2, DVec3, Vec3Swizzles};
-use resample_core::Camera;
+use glam::{DAffine3, DVec3};
 use volsplat::Volume;
 use volsplat::volume::Voxels;
 
 use super::volume::stance;
 use super::*;
-use crate::cameras::framing::{FILL, fit, seen_points};
 use crate::values::{Orbit, Size};
 use volsplat::Described;
 
 const BOX: [DVec3; 2] = [DVec3::new(10.0, -4.0, 3.0), DVec3::new(14.0, 2.0, 5.0)];
-const LENSES: [Lens; 2] = [Lens::Perspective { fov_y_deg: 40.0 }, Lens::Orthographic];
 
 fn view(lens: Lens) -> View {
     let stance = Stance {
@@ -33,86 +30,6 @@ fn view(lens: Lens) -> View {
 fn volume() -> Volume {
     let world_from_index = DAffine3::from_translation(DVec3::new(5.0, 6.0, 7.0));
     Volume::new([2, 3, 4], Voxels::U8(vec![0; 24]), world_from_index).expect("a good volume")
-}
-
-fn corners() -> impl Iterator<Item = DVec3> {
-    (0..8).map(|i| DVec3::new(BOX[i & 1].x, BOX[i >> 1 & 1].y, BOX[i >> 2].z))
-}
-
-fn assert_all_corners_seen(view: &View) {
-    let camera = frame(&Extent::of_box(BOX), view).expect("a good view");
-    for corner in corners() {
-        let in_camera = camera.camera_from_world.transform_point3(corner);
-        let seen = camera.screen_from_camera(in_camera);
-        let far_corner = DVec2::new(f64::from(view.size.width), f64::from(view.size.height));
-        let inside = seen.cmpge(DVec2::ZERO).all() && seen.cmple(far_corner).all();
-        assert!(
-            inside && in_camera.z > camera.near,
-            "{view:?}: corner {corner} at {seen}"
-        );
-    }
-}
-
-#[test]
-fn all_corners_are_inside_the_picture_from_every_side() {
-    for lens in LENSES {
-        for (azimuth_deg, elevation_deg) in
-            [(0.0, 0.0), (30.0, 20.0), (123.0, 90.0), (-77.0, -90.0)]
-        {
-            for (width, height) in [(200, 100), (60, 300)] {
-                let orbit = Orbit {
-                    azimuth_deg,
-                    elevation_deg,
-                    distance: 1.0,
-                };
-                assert_all_corners_seen(&View {
-                    size: Size { width, height },
-                    orbit,
-                    ..view(lens)
-                });
-            }
-        }
-    }
-}
-
-#[test]
-fn sphere_touches_the_nearer_picture_edge() {
-    let camera = frame(
-        &Extent::of_box(BOX),
-        &view(Lens::Perspective { fov_y_deg: 40.0 }),
-    )
-    .expect("a good view");
-    let distance = camera.eye_in_world().distance(DVec3::new(12.0, -1.0, 4.0));
-    let radius = 0.5 * (BOX[1] - BOX[0]).length();
-    assert!(
-        (radius / distance - 20f64.to_radians().sin()).abs() < 1e-12,
-        "tangent cone at {distance}"
-    );
-}
-
-#[test]
-fn a_ball_is_framed_as_a_ball_and_not_as_its_box() {
-    let ball = [DVec3::splat(-1.0), DVec3::splat(1.0)];
-    let on_it = [
-        DVec3::X,
-        DVec3::NEG_X,
-        DVec3::Y,
-        DVec3::NEG_Y,
-        DVec3::Z,
-        DVec3::NEG_Z,
-    ];
-    let extent = Extent::of_points(ball, on_it.into_iter());
-    assert!(
-        (extent.radius - 1.0).abs() < 1e-15,
-        "radius {}",
-        extent.radius
-    );
-    let camera = frame(&extent, &view(Lens::Perspective { fov_y_deg: 40.0 })).expect("a good view");
-    let distance = camera.eye_in_world().length();
-    assert!(
-        (1.0 / distance - 20f64.to_radians().sin()).abs() < 1e-12,
-        "tangent cone at {distance}"
-    );
 }
 
 #[test]
@@ -153,28 +70,6 @@ fn azimuth_zero_looks_along_the_front_axis() {
 }
 
 #[test]
-fn positive_azimuth_moves_the_eye_to_the_right_and_elevation_moves_it_up() {
-    let eye = |azimuth_deg, elevation_deg| {
-        let orbit = Orbit {
-            azimuth_deg,
-            elevation_deg,
-            distance: 1.0,
-        };
-        frame(
-            &Extent::of_box(BOX),
-            &View {
-                orbit,
-                ..view(Lens::Orthographic)
-            },
-        )
-        .expect("a good view")
-        .eye_in_world()
-    };
-    assert!(eye(10.0, 0.0).x > eye(0.0, 0.0).x, "right");
-    assert!(eye(0.0, 10.0).y > eye(0.0, 0.0).y, "up");
-}
-
-#[test]
 fn a_patient_is_seen_from_the_front_in_either_convention() {
     let mut patient = volume();
     patient.up_hint = Some(DVec3::Z);
@@ -194,49 +89,6 @@ fn a_patient_is_seen_from_the_front_in_either_convention() {
 }
 
 #[test]
-fn distance_scales_the_view() {
-    let scale = |lens: Lens, distance: f64| {
-        let orbit = Orbit {
-            distance,
-            ..DEFAULT_ORBIT
-        };
-        let camera = frame(
-            &Extent::of_box(BOX),
-            &View {
-                orbit,
-                ..view(lens)
-            },
-        )
-        .expect("a good view");
-        let depth = camera.eye_in_world().distance(DVec3::new(12.0, -1.0, 4.0));
-        if matches!(lens, Lens::Orthographic) {
-            camera.fx
-        } else {
-            camera.fx / depth
-        }
-    };
-    for lens in LENSES {
-        let ratio = scale(lens, 0.5) / scale(lens, 1.0);
-        assert!(
-            (ratio - 2.0).abs() < 1e-12,
-            "{lens:?}: half the distance, twice the scale, not {ratio}"
-        );
-    }
-}
-
-#[test]
-fn one_point_still_gives_a_camera() {
-    for at in [DVec3::ZERO, DVec3::splat(1e7)] {
-        for lens in LENSES {
-            assert!(
-                frame(&Extent::of_box([at, at]), &view(lens)).is_ok(),
-                "{lens:?} at {at}"
-            );
-        }
-    }
-}
-
-#[test]
 fn grid_box_reaches_from_the_first_to_the_last_voxel() {
     assert_eq!(
         volume().lattice().bounds_in_world(),
@@ -250,114 +102,5 @@ fn grid_box_reaches_from_the_first_to_the_last_voxel() {
         mirrored.lattice().bounds_in_world(),
         expected,
         "corners stay sorted when an axis is mirrored"
-    );
-}
-
-#[test]
-fn a_turntable_steps_evenly_on_one_circle() {
-    for lens in LENSES {
-        let cameras: Vec<Camera> = turned(&view(lens), 5)
-            .map(|view| frame(&Extent::of_box(BOX), &view).expect("a good view"))
-            .collect();
-        let centre = 0.5 * (BOX[0] + BOX[1]);
-        let arms: Vec<DVec3> = cameras
-            .iter()
-            .map(|camera| camera.eye_in_world() - centre)
-            .collect();
-        assert_eq!(
-            cameras[0],
-            frame(&Extent::of_box(BOX), &view(lens)).expect("a good view"),
-            "it starts at the orbit's azimuth"
-        );
-        for (step, arm) in arms.iter().enumerate() {
-            let next = arms[(step + 1) % arms.len()];
-            assert!(
-                (arm.y - arms[0].y).abs() < 1e-12 * arm.length(),
-                "step {step} keeps its elevation"
-            );
-            let turned_deg = arm.xz().angle_to(next.xz()).to_degrees();
-            assert!(
-                (turned_deg.abs() - 72.0).abs() < 1e-9,
-                "step {step} turns by {turned_deg} degrees"
-            );
-        }
-    }
-}
-
-/// The extent that shows the corners of the box in these views.
-fn fitted(views: &[View]) -> Extent {
-    let mut measure = |camera: &Camera| Ok::<_, anyhow::Error>(seen_points(camera, corners()));
-    fit(&Extent::of_box(BOX), views, &mut measure).expect("good views")
-}
-
-#[test]
-fn the_larger_side_fills_its_share_and_the_middle_is_the_pictures() {
-    for lens in LENSES {
-        for (azimuth_deg, elevation_deg) in [(0.0, 0.0), (30.0, 20.0), (123.0, 90.0)] {
-            for (width, height) in [(200, 100), (60, 300), (100, 100)] {
-                let orbit = Orbit {
-                    azimuth_deg,
-                    elevation_deg,
-                    distance: 1.0,
-                };
-                let view = View {
-                    size: Size { width, height },
-                    orbit,
-                    ..view(lens)
-                };
-                let camera = frame(&fitted(&[view]), &view).expect("a good view");
-                let seen = seen_points(&camera, corners()).expect("seen");
-                let half = 0.5 * (seen.high - seen.low);
-                assert!(
-                    (half.max_element() - FILL).abs() < 0.005,
-                    "{view:?}: {seen:?} fills {half}"
-                );
-                let middle = 0.5 * (seen.low + seen.high);
-                assert!(middle.abs().max_element() < 0.005, "{view:?}: {middle}");
-            }
-        }
-    }
-}
-
-#[test]
-fn a_turntable_shows_all_at_one_size() {
-    for lens in LENSES {
-        let views: Vec<View> = turned(&view(lens), 12).collect();
-        let extent = fitted(&views);
-        let mut most = 0.0f64;
-        for view in &views {
-            let camera = frame(&extent, view).expect("a good view");
-            let seen = seen_points(&camera, corners()).expect("seen");
-            let reach = seen.low.abs().max(seen.high.abs()).max_element();
-            assert!(reach <= FILL + 0.02, "{lens:?}: {seen:?}");
-            most = most.max(reach);
-        }
-        assert!(
-            most > FILL - 0.02,
-            "{lens:?}: no larger than needed, {most}"
-        );
-    }
-}
-
-#[test]
-fn a_very_wide_view_shows_all() {
-    for fov_y_deg in [100.0, 120.0, 140.0, 160.0] {
-        let view = view(Lens::Perspective { fov_y_deg });
-        let camera = frame(&fitted(&[view]), &view).expect("a good view");
-        let seen = seen_points(&camera, corners()).expect("seen");
-        let reach = seen.low.abs().max(seen.high.abs()).max_element();
-        assert!((0.3..=1.0).contains(&reach), "{fov_y_deg}: {seen:?}");
-    }
-}
-
-#[test]
-fn where_nothing_is_seen_all_is_framed() {
-    let mut nothing = |_: &Camera| Ok::<_, anyhow::Error>(None);
-    let extent = Extent::of_box(BOX);
-    let views = [view(LENSES[0])];
-    let fitted = fit(&extent, &views, &mut nothing).expect("good views");
-    assert_eq!(
-        (fitted.bounds, fitted.radius),
-        (extent.bounds, extent.radius)
     );
 }
