@@ -98,12 +98,12 @@ pub(crate) fn widened(texel: [u16; 4]) -> Vec4 {
     Vec4::new(f32::from(r), f32::from(g), f32::from(b), f32::from(a))
 }
 
-/// From here to twice as much, floats of 32 bits are whole numbers, which their lowest bits hold.
+/// 2^23: from here to 2^24 a float of 32 bits has no fraction, and its lowest bits are the whole number.
 const WHOLE_FROM: f32 = 8_388_608.0;
 
 /// In parts of [`UNIT`], rounded; what lies beyond 0 to 1 is cut off.
 ///
-/// The sum rounds, and all four parts go through it together: a cast of each takes four times as long.
+/// One addition rounds all four parts; a cast would convert them one by one.
 #[inline(always)]
 pub(crate) fn narrowed(texel: Vec4) -> [u16; 4] {
     let inside = texel.max(Vec4::ZERO).min(Vec4::ONE);
@@ -365,5 +365,25 @@ fn halve_row((source, wrap): (&[Vec4], Wrap), columns: &[Taps], out: &mut [Vec4]
         for (&w, i) in taps.weights.iter().zip(taps.first..) {
             *texel += source[wrapped(i, source.len(), wrap)] * w;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_rounded_and_cut_off() {
+        for code in 0..=u16::MAX {
+            let part = f32::from(code) / UNIT;
+            assert_eq!(narrowed(Vec4::splat(part)), [code; 4], "{code}");
+        }
+        let beyond = Vec4::new(-1.0, 2.0, f32::INFINITY, f32::NAN);
+        assert_eq!(narrowed(beyond), [0, u16::MAX, u16::MAX, 0]);
+        // 16,383.75 and 49,151.25 of 65,535.
+        assert_eq!(
+            narrowed(Vec4::new(0.25, 0.75, 0.0, 1.0)),
+            [16_384, 49_151, 0, u16::MAX]
+        );
     }
 }

@@ -240,14 +240,6 @@ impl Facts {
         })
     }
 
-    fn values(&self) -> String {
-        let all = format!("{} to {}", short(self.range.0), short(self.range.1));
-        match self.lattice.window {
-            Some([low, high]) => format!("{all}, shown from {} to {}", short(low), short(high)),
-            None => all,
-        }
-    }
-
     fn lines(&self) -> Vec<Line> {
         let volume = &self.lattice;
         let ([x, y, z], [dx, dy, dz]) = (volume.dims, volume.spacing().map(short));
@@ -257,7 +249,8 @@ impl Facts {
         let unit = volume.length_unit().map(|unit| format!(" {unit}"));
         let unit = unit.unwrap_or_default();
         let bars = &self.bars;
-        vec![
+        let between_values = |[low, high]: [f64; 2]| format!("{} to {}", short(low), short(high));
+        let mut lines = vec![
             line("format", self.format),
             line("size", format!("{x} x {y} x {z}, {} voxels", volume.len())),
             line("type", self.kind.name()),
@@ -266,13 +259,18 @@ impl Facts {
             line("", between(self.corners)),
             line("axes", orientation(volume)),
             line("space", space.unwrap_or_else(|| "not named".to_owned())),
-            line("values", self.values()),
+            line("values", between_values(self.range.into())),
+        ];
+        let window = volume.window.map(between_values);
+        lines.extend(window.map(|ends| line("window", format!("{ends}, of slices"))));
+        lines.extend([
             line("memory", self.memory.text()),
             line(
                 "histogram",
                 format!("{} {} {}", short(bars.low), bars.line(), short(bars.high)),
             ),
-        ]
+        ]);
+        lines
     }
 }
 

@@ -21,8 +21,8 @@ use crate::view::serve::http::{Door, Head, Refusal, Wanted, name_of_host};
 /// Time after which a client that takes no more bytes of an answer is given up.
 const WRITE_PATIENCE: Duration = Duration::from_secs(10);
 
-/// Port of the page where it is free and no other was asked for. Browsers keep named looks under the port, so that the
-/// next command finds them. One of the ports that no service has registered; a guess.
+/// Default port of the page, where it is free: browsers keep named looks by port, so the next command finds them. A guess: Debian's list of
+/// services names none for it.
 const USUAL_PORT: u16 = 7467;
 
 /// A port that is listened at.

@@ -1,6 +1,7 @@
 //! Pictures: textures, as far as they fit into memory together, and surroundings.
 //!
-//! Takes files or the bytes of pictures, gives [`Texture`]s and [`Surroundings`]. Pictures that will be asked for are decoded ahead, on all threads.
+//! Takes files or the bytes of pictures, gives [`Texture`]s and [`Surroundings`]. Readers of formats list the pictures that their materials use, and
+//! have them decoded ahead, on all threads.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -80,20 +81,21 @@ impl Packed<'_> {
     }
 }
 
-/// Pictures that were decoded before anything asked for them, or why one cannot be decoded.
+/// Pictures that were decoded before a material used them, each a texture or the fault of its file.
 pub(super) type Decoded<K> = HashMap<K, Result<Texture, String>>;
 
-/// Memory of a picture while it is decoded, in sizes of what is kept of it: the decoder holds it, too.
-const WHILE_DECODED: u64 = 2;
+/// Decoding takes this many times the memory of the texture: the decoder's pixels and the texture's exist side by side.
+const DECODING_SHARE: u64 = 2;
 
-/// Decodes the first of some pictures on all threads, as many as memory has room for. They are taken one after another.
+/// Decodes pictures on all threads, from the first on, as many as memory has room for. The iterator is read on one thread, in order.
 pub(super) fn decode_all<'a, K: Eq + Hash + Send>(
     pictures: impl Iterator<Item = (K, Packed<'a>)>,
     gate: &Gate,
 ) -> Decoded<K> {
-    let mut bytes = 0;
+    let mut bytes = 0u64;
     let fitting = pictures.take_while(|(_, picture)| {
-        bytes += WHILE_DECODED * picture.decoded_bytes().unwrap_or(0);
+        let texture = picture.decoded_bytes().unwrap_or(0);
+        bytes = bytes.saturating_add(texture.saturating_mul(DECODING_SHARE));
         gate.ask(bytes, &picture.name).is_ok()
     });
     let fitting: Vec<_> = fitting.collect();
@@ -202,6 +204,21 @@ mod tests {
             assert_eq!(ahead, alone, "picture {at}");
         }
         assert!(expected[2].is_err() && expected[3].is_ok());
+    }
+
+    #[cfg(feature = "compressed")]
+    #[test]
+    fn a_forged_size_is_beyond_any_memory() {
+        // A KTX2 of 2^32 - 1 pixels a side, whose blocks have 2^64 - 1 bytes.
+        let mut bytes = b"\xabKTX 20\xbb\r\n\x1a\n".to_vec();
+        bytes.resize(104, 0xff);
+        let forged = Packed {
+            bytes: bytes.into(),
+            ..grey(1)
+        };
+        let pictures = [grey(1), forged, grey(2)];
+        let decoded = decode_all(pictures.into_iter().enumerate(), &Gate::default());
+        assert!(decoded.len() == 1 && decoded[&0].is_ok());
     }
 
     #[test]

@@ -36,7 +36,7 @@ pub trait Described {
     /// How often each scalar occurs.
     fn histogram(&self) -> Histogram;
 
-    /// The scalars that are black and white in slices: those of the file, else [`Histogram::usual_window`].
+    /// The scalars at black and at white in slices: the window of the file, else [`Histogram::usual_window`].
     fn slice_window(&self) -> [f64; 2] {
         let own = self.lattice().window;
         own.unwrap_or_else(|| self.histogram().usual_window())

@@ -37,7 +37,7 @@ pub struct Volume {
     pub modality: Option<Modality>,
     /// The unit of lengths, such as `mm` or `µm`, where the file tells it.
     pub unit: Option<String>,
-    /// The scalars that are black and white in slices, ascending, where the file tells them.
+    /// The scalars at black and at white in slices, ascending, where the file has a window.
     pub window: Option<[f64; 2]>,
 }
 
@@ -65,7 +65,7 @@ pub struct Lattice {
     pub modality: Option<Modality>,
     /// The unit of lengths, such as `mm` or `µm`, where the file tells it.
     pub unit: Option<String>,
-    /// The scalars that are black and white in slices, ascending, where the file tells them.
+    /// The scalars at black and at white in slices, ascending, where the file has a window.
     pub window: Option<[f64; 2]>,
 }
 

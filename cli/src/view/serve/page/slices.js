@@ -5,7 +5,7 @@ const AXES = ["x", "y", "z"];
 // Slices that were asked for and have not come, by axis; and whether a newer one is wanted.
 const asked = [null, null, null];
 
-// Windows of radiology for Hounsfield units: black and white.
+// Windows of radiology, black and white, Hounsfield units.
 const CT_WINDOWS = { brain: [0, 80], "soft tissue": [-160, 240], lung: [-1350, 150], bone: [-500, 1300] };
 
 function toggleSlices() {
@@ -34,6 +34,7 @@ function showSlices() {
   strip.hidden = !isOn;
   if (!isOn) return strip.replaceChildren();
   const { dims, spacing, range, presets } = state.scene.volume;
+  // Presets of CT are offered where values are Hounsfield units.
   const usual = presets.some(({ name }) => name === "ct") ? Object.entries(CT_WINDOWS) : [];
   const end = (i, name) => make("input", {
     type: "number", step: "any", value: short4(state.slices.window[i]), ariaLabel: `${name} end of the window`,

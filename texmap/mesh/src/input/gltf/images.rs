@@ -43,8 +43,8 @@ impl<'a> Images<'a> {
         self.packed(index)?.decode(self.names.gate)
     }
 
-    /// Decodes the first of these pictures on all threads, as many as memory has room for. One that cannot be had is left out: whoever asks
-    /// for it gets the reason.
+    /// Decodes these pictures on all threads, from the first on, as many as memory has room for. A picture whose bytes cannot be read is left
+    /// out; [`Self::decode`] gives its fault.
     pub(super) fn decode_all(&self, indices: &[usize]) -> Decoded<usize> {
         let packed = indices
             .iter()

@@ -43,9 +43,9 @@ const GLOSSINESS: &str =
 
 /// Where pictures come from.
 enum Source {
-    /// From nowhere: those that are asked for are listed.
+    /// Materials get no pictures; the numbers of those that they use are listed.
     Listed(Vec<usize>),
-    /// From the document; some were decoded before anything asked for them.
+    /// Materials get the pictures of the document, of which some are decoded already.
     Document(Decoded<usize>),
 }
 

@@ -39,7 +39,7 @@ pub(super) struct Library<'a> {
     entries: HashMap<String, Entry>,
     places: HashMap<String, usize>,
     textures: Pictures,
-    /// Pictures that were decoded before a material asked for them.
+    /// Colour maps that are decoded already.
     ahead: Decoded<PathBuf>,
     by_file: HashMap<Source, Option<usize>>,
 }

@@ -451,7 +451,7 @@ impl Header {
         }
     }
 
-    /// The real numbers that are black and white; most files leave both at 0.
+    /// The rescaled numbers at black and at white; most files leave both at 0.
     fn window(&self) -> Option<[f64; 2]> {
         let ends = [self.cal_min, self.cal_max];
         (ends[0] < ends[1] && ends.iter().all(|end| end.is_finite())).then_some(ends)

@@ -83,6 +83,8 @@ pub(crate) struct Frame {
     /// Distance of columns and of rows, millimetres.
     pub(crate) spacing: [f64; 2],
     pub(crate) rescale: Rescale,
+    /// Its values that are black and white, where the file has them.
+    pub(crate) window: Option<[f64; 2]>,
 }
 
 /// The facts of a file's picture.
@@ -95,8 +97,6 @@ pub(crate) struct Picture {
     pub(crate) series: String,
     pub(crate) description: String,
     pub(crate) modality: Option<Modality>,
-    /// The values that are black and white, where the file tells them.
-    pub(crate) window: Option<[f64; 2]>,
     /// The number of the picture in its series.
     pub(crate) instance: Option<f64>,
 }
@@ -130,7 +130,6 @@ pub(crate) fn picture(dataset: &Dataset) -> Result<Option<Picture>, Fault> {
             Some("MR") => Some(Modality::Mr),
             _ => None,
         },
-        window: window(dataset),
         instance: dataset
             .text(INSTANCE_NUMBER)
             .and_then(|text| text.trim().parse().ok())
@@ -231,26 +230,6 @@ pub(crate) fn step_of(dataset: &Dataset) -> Result<Option<f64>, Fault> {
     Ok(step.map(|[step]| step.abs()).filter(|&step| step > 0.0))
 }
 
-/// Black and white, from the first window of the first frame (PS3.3, C.11.2.1.2); `None` where it cannot be read, as the picture does not need it.
-fn window(dataset: &Dataset) -> Option<[f64; 2]> {
-    let first = |dataset: &Dataset, tag| -> Option<f64> {
-        let text = dataset.text(tag)?;
-        let number: f64 = text.split('\\').next()?.trim().parse().ok()?;
-        number.is_finite().then_some(number)
-    };
-    let groups = [FRAME_GROUPS, SHARED_GROUPS].map(|groups| dataset.items(groups).first());
-    let places = groups.into_iter().flatten().chain([dataset]);
-    let mut places = places.flat_map(|place| {
-        [Some(place), place.items(WINDOW_GROUP).first()]
-            .into_iter()
-            .flatten()
-    });
-    let (center, width) = places
-        .find_map(|place| Some((first(place, WINDOW_CENTER)?, first(place, WINDOW_WIDTH)?)))?;
-    let half = (width - 1.0) / 2.0;
-    (half > 0.0).then_some([center - 0.5 - half, center - 0.5 + half])
-}
-
 /// `places` are the data sets that can say it, the closest first.
 fn frame(places: &[Option<&Dataset>]) -> Result<Frame, Fault> {
     let position = find::<3>(places, POSITION_GROUP, POSITION)?.map(DVec3::from_array);
@@ -279,6 +258,7 @@ fn frame(places: &[Option<&Dataset>]) -> Result<Frame, Fault> {
         directions,
         spacing: [of_columns, of_rows],
         rescale: Rescale { slope, intercept },
+        window: window(places),
     })
 }
 
@@ -288,17 +268,34 @@ fn find<const N: usize>(
     group: Tag,
     tag: Tag,
 ) -> Result<Option<[f64; N]>, String> {
-    for place in places.iter().flatten() {
-        for dataset in [Some(*place), place.items(group).first()]
+    let mut found = with_groups(places, group).map(|dataset| dataset.decimals(tag));
+    found.find_map(Result::transpose).transpose()
+}
+
+/// Each place, and behind it the first item of its sequence `group`.
+fn with_groups<'d, 'a>(
+    places: &[Option<&'d Dataset<'a>>],
+    group: Tag,
+) -> impl Iterator<Item = &'d Dataset<'a>> {
+    let places = places.iter().flatten().copied();
+    places.flat_map(move |place| {
+        [Some(place), place.items(group).first()]
             .into_iter()
             .flatten()
-        {
-            if let Some(numbers) = dataset.decimals(tag)? {
-                return Ok(Some(numbers));
-            }
-        }
-    }
-    Ok(None)
+    })
+}
+
+/// Black and white, by the first of several windows (PS3.3, C.11.2.1.2). A window that cannot be read is left out: voxels do not depend on it.
+fn window(places: &[Option<&Dataset>]) -> Option<[f64; 2]> {
+    let first = |dataset: &Dataset, tag| -> Option<f64> {
+        let text = dataset.text(tag)?;
+        let number: f64 = text.split('\\').next()?.trim().parse().ok()?;
+        number.is_finite().then_some(number)
+    };
+    let (center, width) = with_groups(places, WINDOW_GROUP)
+        .find_map(|place| Some((first(place, WINDOW_CENTER)?, first(place, WINDOW_WIDTH)?)))?;
+    let half = (width - 1.0) / 2.0;
+    (half > 0.0).then_some([center - 0.5 - half, center - 0.5 + half])
 }
 
 /// The slices of an even lattice, among those that were read.

@@ -100,8 +100,8 @@ pub(crate) fn load(
             space: Some("left-posterior-superior".to_owned()),
             modality: pictures[0].modality,
             unit: Some("mm".to_owned()),
-            // Where each slice has its own: those at the ends show the least.
-            window: pictures[pictures.len() / 2].window,
+            // Each slice may have its own; those at the ends show the least.
+            window: slices[slices.len() / 2].place.window,
         },
         voxels: vec![voxels],
     })
