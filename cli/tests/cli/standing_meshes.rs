@@ -270,3 +270,38 @@ fn slices_stand_in_the_volume() {
         );
     }
 }
+
+/// The ball as NIfTI whose window is 60 to 80.
+fn ball_with_window() -> Vec<u8> {
+    let mut head = vec![0; 352];
+    let mut put = |at: usize, bytes: &[u8]| head[at..at + bytes.len()].copy_from_slice(bytes);
+    put(0, &348i32.to_le_bytes());
+    put(40, &[3i16, 32, 32, 32].map(i16::to_le_bytes).concat());
+    // Unsigned, 8 bits.
+    put(70, &[2i16, 8].map(i16::to_le_bytes).concat());
+    put(76, &[1.0f32; 4].map(f32::to_le_bytes).concat());
+    put(108, &352.0f32.to_le_bytes());
+    put(124, &[80.0f32, 60.0].map(f32::to_le_bytes).concat());
+    put(344, b"n+1\0");
+    [head, super::ball()].concat()
+}
+
+#[test]
+fn slices_begin_with_the_window_of_the_file() {
+    let bench = Bench::new();
+    bench.write("ball.nii", &ball_with_window());
+    let drawn = |place: &str| {
+        let command = format!("volsplat ball.nii {FRONT} --with-slice {place} -o out/s.png");
+        assert_good(&bench.run(&command));
+        fs::read(bench.path("out/s.png")).expect("a picture")
+    };
+    let own = drawn("z=16");
+    assert!(own == drawn("z=16:60,80"), "the window of the file");
+    assert!(own != drawn("z=16:0,255"), "not any window");
+    let told = bench.run("info ball.nii");
+    let text = String::from_utf8_lossy(&told.stdout).into_owned();
+    assert!(text.contains("window     60 to 80, of slices"), "{text}");
+    let scaled = bench.run("info ball.nii --rescale=-2,10 --json");
+    let json: serde_json::Value = serde_json::from_slice(&scaled.stdout).expect("JSON");
+    assert_eq!(json["window"], serde_json::json!([-150.0, -110.0]));
+}
