@@ -301,7 +301,7 @@ fn slices_begin_with_the_window_of_the_file() {
     let told = bench.run("info ball.nii");
     let text = String::from_utf8_lossy(&told.stdout).into_owned();
     assert!(text.contains("window     60 to 80, of slices"), "{text}");
-    let scaled = bench.run("info ball.nii --rescale=-2,10 --json");
+    let scaled = bench.run("info ball.nii --rescale-values=-2,10 --json");
     let json: serde_json::Value = serde_json::from_slice(&scaled.stdout).expect("JSON");
     assert_eq!(json["window"], serde_json::json!([-150.0, -110.0]));
 }
